@@ -14,9 +14,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "engine/app/workbench.h"
 #include "engine/base/clock.h"
@@ -95,7 +97,7 @@ class LiveHands : public testing::Test {
     return found;
   }
   /// Returns true if the program has lost the arm and has not found it again.
-  bool lost() const { return reports("is disconnected") > reports("is back"); }
+  virtual bool lost() { return reports("is disconnected") > reports("is back"); }
   /// Waits for a moment of contact: the motors push. On a busy machine, the board may be delayed for so long that the
   /// program rightly treats the arm as lost. Then the arm must lie in its home position until the program finds it.
   void wait_for_contact() {
@@ -103,7 +105,7 @@ class LiveHands : public testing::Test {
       const bool contact = board.wait_for([this] { return pushing(); }, 10);
       if (!contact && lost()) {
         rest(board);
-        wait_until_back(reports("is disconnected"));
+        ASSERT_TRUE(board.wait_for([this] { return !lost(); })) << folder.said();
         press();
         continue;
       }
@@ -330,6 +332,9 @@ TEST_F(LiveHands, SettingTheWallClockIsNotFeltAndAMonotonicJumpSetsTheForceToZer
 class LiveBench : public LiveHands {
  protected:
   LiveBench() {
+    // The messages of the session go into the file from which folder.said() reads them.
+    stderr = std::fopen((folder / ".started_err").c_str(), "w");
+    std::setvbuf(stderr, nullptr, _IONBF, 0);
     WorkbenchOptions options;
     options.rig = folder.write("rig.json", R"({"display": "offscreen"})");
     options.hand = "woodenhaptics:" + (folder / "arm") + ",woody_patient";
@@ -339,6 +344,16 @@ class LiveBench : public LiveHands {
     bench.emplace(read_scene(folder / "scene.json"), options);
     bench->start();
   }
+  ~LiveBench() override {
+    bench.reset();
+    std::fclose(std::exchange(stderr, standard_error));
+  }
+  /// The session reports that the arm is lost only in its steps, which these tests leave out while they wait.
+  bool lost() override {
+    EXPECT_TRUE(bench->step());
+    return LiveHands::lost();
+  }
+  std::FILE* const standard_error = stderr;
   std::optional<Workbench> bench;
 };
 
