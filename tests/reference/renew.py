@@ -56,18 +56,19 @@ def side_by_side(pictures, out, width=None, quality=4):
     subprocess.run([*command, "-filter_complex", joined, "-q:v", str(quality), out], check=True)
 
 
-def before_and_now(program, before, wanted, folder):
+def before_and_now(program, before, wanted, folder, *more):
     pictures = []
     if before:
-        draw(f"{before}/typodont", wanted, folder + "/before", assets=f"{before}/assets")
+        draw(f"{before}/typodont", wanted, folder + "/before", *more, assets=f"{before}/assets")
         pictures.append(folder + "/before/left.png")
-    draw(program, wanted, folder + "/now")
+    draw(program, wanted, folder + "/now", *more)
     return [*pictures, folder + "/now/left.png"]
 
 
 def compare(program, before, wanted):
     with tempfile.TemporaryDirectory() as folder:
-        pictures = before_and_now(program, before, wanted, folder) + [HERE / (wanted["name"] + ".png")]
+        # With --geometry, the tool is drawn without its handpiece, as in the reference.
+        pictures = before_and_now(program, before, wanted, folder, "--geometry") + [HERE / (wanted["name"] + ".png")]
         side_by_side(pictures, ROOT / f"docs/pictures/looks_{wanted['name']}.jpg")
 
 
