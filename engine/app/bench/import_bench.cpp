@@ -242,14 +242,23 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     measure(rows, "scan of a head", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel.x),
             count.x * count.y * count.z, [&] { return haptics::import_tissue(file, bone); });
   }
+  haptics::ImportOptions jaw;
+  jaw.greys = false;
+  jaw.preset = haptics::ImportPreset::kJaw;
+  if (!run.quick) {
+    const fs::path file = folder / "fine_jaw.nrrd";
+    const glm::ivec3 size(512);
+    const double voxel = 0.16;  // mm, voxel size
+    write_scan(file, size, voxel, dvec3(0.5, 0.3, 0.45), jaw_grey);
+    measure(rows, "cone beam CT of a lower jaw", fmt::format("{0} x {0} x {0}, {1:.2g} mm", size.x, voxel),
+            std::pow(static_cast<double>(size.x), 3), [&] { return haptics::import_tissue(file, jaw); });
+    fs::remove(file);
+  }
   {
     const fs::path file = folder / "jaw.nrrd";
     const glm::ivec3 size = run.quick ? glm::ivec3(96, 64, 48) : glm::ivec3(280, 190, 130);
     const double voxel = 0.25 * 280 / size.x;  // mm, voxel size
     write_scan(file, size, voxel, dvec3(0.5, 0.2, 0.45), jaw_grey);
-    haptics::ImportOptions jaw;
-    jaw.greys = false;
-    jaw.preset = haptics::ImportPreset::kJaw;
     const std::string knob = fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel);
     const double all = static_cast<double>(size.x) * size.y * size.z;
     measure(rows, "cone beam CT of a lower jaw", knob, all, [&] { return haptics::import_tissue(file, jaw); });
