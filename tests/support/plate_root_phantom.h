@@ -22,9 +22,7 @@ struct PlateRootPhantom {
   double turn = 0;  // rad, rotation of the jaw about the vertical axis
 
   Tissue tissue(const glm::dvec3& p) const {
-    const glm::dvec2 r = glm::dvec2(p) - glm::dvec2(15, 12);
-    const glm::dvec3 q(15 + std::cos(turn) * r.x - std::sin(turn) * r.y,
-                       12 + std::sin(turn) * r.x + std::cos(turn) * r.y, p.z);
+    const glm::dvec3 q = before_rotation(p);
     // The first tooth leans into the outer plate, the second one stands in the middle of the bone.
     for (const bool first : {true, false}) {
       const glm::dvec3 c = q - glm::dvec3(first ? 9.5 : 20.5, first ? 7.2 + deeper : 12, 26.5);
@@ -50,9 +48,7 @@ struct PlateRootPhantom {
 
   /// Returns true if q lies in the root that leans into the outer plate, and the height is below the crest of the bone.
   bool in_leaning_root(const glm::dvec3& p) const {
-    const glm::dvec2 r = glm::dvec2(p) - glm::dvec2(15, 12);
-    const glm::dvec3 q(15 + std::cos(turn) * r.x - std::sin(turn) * r.y,
-                       12 + std::sin(turn) * r.x + std::cos(turn) * r.y, p.z);
+    const glm::dvec3 q = before_rotation(p);
     return q.z < kNeck - 1.5 && from_axis(q, true) < radius(q.z) - 0.5 * voxel && tissue(p) == Tissue::kDentin;
   }
 
@@ -86,6 +82,11 @@ struct PlateRootPhantom {
 
  private:
   static constexpr double kNeck = 23.5, kCanal = 0.45;  // mm
+  /// Returns the position of the point p before the jaw was rotated.
+  glm::dvec3 before_rotation(const glm::dvec3& p) const {
+    const glm::dvec2 r = glm::dvec2(p) - glm::dvec2(15, 12);
+    return {15 + std::cos(turn) * r.x - std::sin(turn) * r.y, 12 + std::sin(turn) * r.x + std::cos(turn) * r.y, p.z};
+  }
   double radius(double z) const {
     return z <= apex ? -1 : root * std::sqrt(std::min(1.0, (z - apex) / (kNeck - apex)));
   }
