@@ -164,6 +164,8 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
           {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
+    // At first, only jaws had this value, and it was stated here. Programs that read it here still find it.
+    if (j.contains("volume_doubt_mm3")) jaw["volume_doubt_mm3"] = j.at("volume_doubt_mm3");
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
       nlohmann::ordered_json of_canal;
