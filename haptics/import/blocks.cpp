@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace typodont::haptics::importing {
 
@@ -347,8 +348,8 @@ class WallFlood {
     queue_.push_back(block);
   }
 
-  // Returns for the face of a block on one side of an axis which samples beyond the face are reached, as 16 rows.
-  // Beyond the walls of the box, all samples are reached.
+  // Returns the samples beyond one face of a block that were reached, as 16 rows. `axis`, `step`: axis and direction
+  // of the face. Beyond the walls of the box, all samples count as reached.
   std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
     std::array<Row, kEdge> face;
     glm::ivec3 next = block;
@@ -604,25 +605,30 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
 // Changes the distances of the samples of one plane from a mask into the distances of the samples of the next plane.
 // `in_mask` marks the samples of the next plane that are in the mask; their distance is 0. No distance exceeds `most`.
 // The loop has no branches, so that the compiler can use vector instructions.
-static void step_away(const std::uint8_t* in_mask, std::size_t samples, std::uint8_t most, std::uint8_t* distance) {
+template <class Along>
+void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Along* distance) {
   for (std::size_t j = 0; j < samples; ++j) {
-    const auto next = static_cast<std::uint8_t>(distance[j] + 1);
-    const auto outside = static_cast<std::uint8_t>(in_mask[j] == 0 ? 0xFF : 0);
-    distance[j] = static_cast<std::uint8_t>((next < most ? next : most) & outside);
+    const auto next = static_cast<Along>(distance[j] + 1);
+    const auto outside = static_cast<Along>(in_mask[j] == 0 ? std::numeric_limits<Along>::max() : 0);
+    distance[j] = static_cast<Along>((next < most ? next : most) & outside);
   }
 }
 
-Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
+// Computes distance_squared_to(). `Along`: integer for a distance along an axis. `Squared`: integer for a squared
+// distance. The shorter these integers are, the more of them the processor treats at once.
+template <class Along, class Squared>
+Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // Squared distances are computed as integers of 16 bits, because the processor treats many of them at once. kFar
-  // stands for a distance beyond `reach`; the sum of kFar and two squared distances along an axis is less than 2¹⁵.
-  constexpr std::int16_t kFar = 20000;
+  // kFar stands for a distance beyond `reach`. The largest squared distance within `reach` (3 reach²) must be smaller
+  // than kFar, and the sum of kFar and 2 reach² must not overflow.
+  constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
   const auto row = static_cast<std::size_t>(n), plane = row * row, r = static_cast<std::size_t>(reach);
   tbb::parallel_for(std::size_t{0}, mask.set->first.size(), [&](std::size_t k) {
-    thread_local std::vector<std::uint8_t> of_box, along_x;
-    thread_local std::vector<std::int16_t> of_first, of_second;
+    thread_local std::vector<std::uint8_t> of_box;
+    thread_local std::vector<Along> along_x;
+    thread_local std::vector<Squared> of_first, of_second;
     of_box.resize(plane * row);
     std::uint8_t* box = of_box.data();
     gather(mask, mask.set->first[k] - reach, n, box);
@@ -636,11 +642,11 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
     of_first.resize(plane * row);
     of_second.resize(plane * row);
     along_x.resize(plane * (kEdge + 1));
-    std::int16_t *a = of_first.data(), *b = of_second.data();
+    Squared *a = of_first.data(), *b = of_second.data();
     // Along x, `from` is the distance at the present plane of samples from the nearest sample of the mask in the planes
     // before it, first in the direction of x and then in the opposite direction.
-    std::uint8_t *up = along_x.data(), *from = up + plane * kEdge;
-    const auto beyond = static_cast<std::uint8_t>(reach + 1);
+    Along *up = along_x.data(), *from = up + plane * kEdge;
+    const auto beyond = static_cast<Along>(reach + 1);
     std::fill_n(from, plane, beyond);
     for (std::size_t x = 0; x < r + kEdge; ++x) {
       step_away(box + x * plane, plane, beyond, from);
@@ -650,27 +656,27 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
     for (std::size_t x = row; x-- > r;) {
       step_away(box + x * plane, plane, beyond, from);
       if (x >= r + kEdge) continue;
-      const std::uint8_t* other = up + (x - r) * plane;
-      std::int16_t* squared = b + (x - r) * plane;
+      const Along* other = up + (x - r) * plane;
+      Squared* squared = b + (x - r) * plane;
       for (std::size_t j = 0; j < plane; ++j) {
-        const auto along = static_cast<std::int16_t>(std::min(from[j], other[j]));
-        squared[j] = along > reach ? kFar : static_cast<std::int16_t>(along * along);
+        const auto along = static_cast<Squared>(std::min(from[j], other[j]));
+        squared[j] = along > reach ? kFar : static_cast<Squared>(along * along);
       }
     }
-    const auto line = [&](const std::int16_t* middle, std::size_t stride, std::size_t length, std::int16_t* to) {
+    const auto line = [&](const Squared* middle, std::size_t stride, std::size_t length, Squared* to) {
       std::copy_n(middle, length, to);
       for (int m = 1; m <= reach; ++m) {
-        const std::int16_t* after = middle + static_cast<std::size_t>(m) * stride;
-        const std::int16_t* before = middle - static_cast<std::size_t>(m) * stride;
-        const auto far = static_cast<std::int16_t>(m * m);
+        const Squared* after = middle + static_cast<std::size_t>(m) * stride;
+        const Squared* before = middle - static_cast<std::size_t>(m) * stride;
+        const auto far = static_cast<Squared>(m * m);
         for (std::size_t j = 0; j < length; ++j)
-          to[j] = std::min(to[j], static_cast<std::int16_t>(std::min(after[j], before[j]) + far));
+          to[j] = std::min(to[j], static_cast<Squared>(std::min(after[j], before[j]) + far));
       }
     };
     for (std::size_t x = 0; x < kEdge; ++x) line(b + x * plane + r * row, row, kEdge * row, a + x * plane);
     for (std::size_t x = 0; x < kEdge; ++x) {
       for (std::size_t y = 0; y < kEdge; ++y) {
-        std::int16_t squared[kEdge];
+        Squared squared[kEdge];
         line(a + x * plane + y * row + r, 1, kEdge, squared);
         for (std::size_t z = 0; z < kEdge; ++z)
           out[(x * kEdge + y) * kEdge + z] = squared[z] >= kFar ? kHuge : static_cast<float>(squared[z]);
@@ -678,6 +684,13 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
     }
   });
   return d;
+}
+
+Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
+  constexpr int kShort =
+      64;  // voxels, largest reach for which the short integers of distance_squared() are wide enough
+  return reach <= kShort ? distance_squared<std::uint8_t, std::int16_t>(mask, reach)
+                         : distance_squared<std::uint16_t, std::int32_t>(mask, reach);
 }
 
 // Returns the connected components of a set of samples in a box. `read(x, y)` returns one byte for each sample of a row

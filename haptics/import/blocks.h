@@ -164,7 +164,7 @@ Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& 
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
 /// Returns for each sample the squared distance (voxels²) to the nearest sample in `mask`. The value is very large if
-/// the nearest sample of the mask is farther away than `reach` voxels along an axis. `reach` is at most 64.
+/// the nearest sample of the mask is farther away than `reach` voxels along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// A connected component of a dense mask.

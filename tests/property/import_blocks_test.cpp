@@ -66,7 +66,7 @@ TEST(ImportBlocks, TheSamplesReachedFromTheWallsAreThoseOfASearchFromSampleToSam
 }
 
 TEST(ImportBlocks, SquaredDistancesAreThoseToTheNearestSampleOfTheMask) {
-  for (const int reach : {1, 2, 5, 13, 20}) {
+  for (const int reach : {1, 2, 5, 13, 20, 64, 100}) {
     const SparseMask mask = random_mask(static_cast<unsigned>(reach), 0.0004, false, reach % 2);
     const Sparse<float> squared = distance_squared_to(mask, reach);
     std::vector<glm::ivec3> marked;

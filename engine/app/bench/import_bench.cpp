@@ -245,23 +245,25 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
   haptics::ImportOptions jaw;
   jaw.greys = false;
   jaw.preset = haptics::ImportPreset::kJaw;
-  if (!run.quick) {
-    const fs::path file = folder / "fine_jaw.nrrd";
-    const glm::ivec3 size(512);
-    const double voxel = 0.16;  // mm, voxel size
-    write_scan(file, size, voxel, dvec3(0.5, 0.3, 0.45), jaw_grey);
-    measure(rows, "cone beam CT of a lower jaw", fmt::format("{0} x {0} x {0}, {1:.2g} mm", size.x, voxel),
-            std::pow(static_cast<double>(size.x), 3), [&] { return haptics::import_tissue(file, jaw); });
-    fs::remove(file);
-  }
+  const fs::path jaw_file = folder / "jaw.nrrd";
+  const auto in_words = [](const glm::ivec3& size, double voxel) {
+    return fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel);
+  };
+  // Writes the scan of a jaw and measures its import. `voxel`: mm; `middle`: position of the jaw in the scan, as a
+  // fraction of the scan's lengths.
+  const auto measure_jaw = [&](const glm::ivec3& size, double voxel, const dvec3& middle) {
+    write_scan(jaw_file, size, voxel, middle, jaw_grey);
+    measure(rows, "cone beam CT of a lower jaw", in_words(size, voxel), static_cast<double>(size.x) * size.y * size.z,
+            [&] { return haptics::import_tissue(jaw_file, jaw); });
+  };
+  if (!run.quick) measure_jaw(glm::ivec3(512), 0.16, dvec3(0.5, 0.3, 0.45));
   {
-    const fs::path file = folder / "jaw.nrrd";
+    const fs::path& file = jaw_file;
     const glm::ivec3 size = run.quick ? glm::ivec3(96, 64, 48) : glm::ivec3(280, 190, 130);
     const double voxel = 0.25 * 280 / size.x;  // mm, voxel size
-    write_scan(file, size, voxel, dvec3(0.5, 0.2, 0.45), jaw_grey);
-    const std::string knob = fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel);
+    measure_jaw(size, voxel, dvec3(0.5, 0.2, 0.45));
+    const std::string knob = in_words(size, voxel);
     const double all = static_cast<double>(size.x) * size.y * size.z;
-    measure(rows, "cone beam CT of a lower jaw", knob, all, [&] { return haptics::import_tissue(file, jaw); });
     std::shared_ptr<const haptics::ScanVolume> scan;
     measure(rows, "the same in the window: read, and coarse labels", knob, all, [&] {
       scan = std::make_shared<const haptics::ScanVolume>(file, jaw);
