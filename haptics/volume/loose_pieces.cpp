@@ -7,21 +7,17 @@
 #include <tuple>
 
 #include "haptics/tissue_volume.h"
+#include "haptics/volume/leaf_key.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 // Limits of the search's work. The credit is the number of blocks that may still be visited. kCreditPerCut: number of
 // blocks that each cut adds to the credit. kMostCredit: largest credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
-glm::ivec3 block_of(const glm::ivec3& voxel) {
-  static_assert(kEdge == 8);
-  return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers
-}
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
@@ -355,7 +351,7 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
   volume.bounds(lo, hi);
   if (lo.x > hi.x) return;
   blocks_->begin_search();
-  const glm::ivec3 first = block_of(lo), last = block_of(hi);
+  const glm::ivec3 first = leaf_key(lo), last = leaf_key(hi);
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
@@ -391,7 +387,7 @@ void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
 
 std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const VoxelBox& written,
                                                 std::span<const BlockPart> blocks) {
-  const glm::ivec3 lo = block_of(written.lo), hi = block_of(written.hi);
+  const glm::ivec3 lo = leaf_key(written.lo), hi = leaf_key(written.hi);
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
@@ -437,7 +433,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
 }
 
 void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi) {
-  const glm::ivec3 first = block_of(lo), last = block_of(hi);
+  const glm::ivec3 first = leaf_key(lo), last = leaf_key(hi);
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {

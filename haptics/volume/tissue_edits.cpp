@@ -11,6 +11,7 @@
 #include "haptics/solid.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/volume/emptied_piece.h"
+#include "haptics/volume/leaf_key.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/work.h"
 
@@ -68,12 +69,7 @@ void count_voxels(const glm::ivec3& box) noexcept {
 }
 
 constexpr int kLeaf = Sweep::kLeaf;
-static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
-
-glm::ivec3 leaf_of(const glm::ivec3& voxel) {
-  static_assert(kLeaf == 8);
-  return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers
-}
+static_assert(kLeaf == kLeafSide && kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
 
 }  // namespace
 
@@ -185,7 +181,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
     if (in_stroke)
       StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
           true;
-    log_write(leaf_of(vec(p)));
+    log_write(leaf_key(vec(p)));
     accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
   }
 }
@@ -226,7 +222,7 @@ void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
 
 TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Impl& v = *impl_;
-  const glm::ivec3 first = leaf_of(sweep.lo()), last = leaf_of(sweep.hi());
+  const glm::ivec3 first = leaf_key(sweep.lo()), last = leaf_key(sweep.hi());
   v.front.advance_to(sweep, first, last);
   const float path = v.front.path();
   auto accessor = v.distance->getAccessor();
@@ -261,7 +257,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
     place.cut = true;
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
-    const glm::ivec3 key = leaf_of(leaf.lo);
+    const glm::ivec3 key = leaf_key(leaf.lo);
     if (place.logged != v.marked) v.log_write(key);
     place.logged = v.marked;
     if (leaf.emptied) carved.blocks.push_back({key, solid_bits(leaf.distance)});
@@ -277,7 +273,7 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
   v.front.forget();
   auto accessor = v.distance->getAccessor();
   Carved carved;
-  const glm::ivec3 first = leaf_of(removal.lo()), last = leaf_of(removal.hi());
+  const glm::ivec3 first = leaf_key(removal.lo()), last = leaf_key(removal.hi());
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
