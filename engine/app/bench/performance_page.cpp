@@ -88,7 +88,8 @@ std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
 }
 
 std::string table(const std::vector<BenchRow>& rows) {
-  std::string out = "| case | knob | error | time | per | ratio | to |\n|---|---|---|---|---|---|---|\n";
+  std::string out =
+      "| case | parameters | error | time | unit of work | ratio | compared with |\n|---|---|---|---|---|---|---|\n";
   for (const BenchRow& r : rows) {
     out +=
         fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", r.name, r.knob,
@@ -126,7 +127,8 @@ std::string slower_table(std::span<const MeasuredPart> parts) {
     }
   }
   if (out.empty()) return "No measured method of another program is faster than this program.\n";
-  return "| case | knob | this program | other method | factor | other method is |\n|---|---|---|---|---|---|\n" + out;
+  return "| case | parameters | this program | other method | factor | other method is |\n|---|---|---|---|---|---|\n" +
+         out;
 }
 
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name) {

@@ -102,11 +102,11 @@ void print_json(const std::vector<MeasuredPart>& parts) {
 }
 
 void print_table(const std::vector<MeasuredPart>& parts) {
-  fmt::print("{:<12} {:<50} {:<28} {:>12} {:<28} {:>12} {:<9} {:>8} {}\n", "part", "case", "knob", "error", "unit",
-             "time, ns", "per", "ratio", "to");
+  fmt::print("{:<12} {:<50} {:<28} {:>12} {:<28} {:>12} {:<12} {:>8} {}\n", "part", "case", "parameters", "error",
+             "unit", "time, ns", "unit of work", "ratio", "compared with");
   for (const MeasuredPart& m : parts) {
     for (const BenchRow& r : m.rows) {
-      fmt::print("{:<12} {:<50} {:<28} {:>12} {:<28} {:>12} {:<9} {:>8} {}\n", m.part->name, r.name, r.knob,
+      fmt::print("{:<12} {:<50} {:<28} {:>12} {:<28} {:>12} {:<12} {:>8} {}\n", m.part->name, r.name, r.knob,
                  cell(r.error), r.error_unit, cell(r.time_ns), r.per,
                  std::isfinite(r.ratio) ? fmt::format("{:.3g}", r.ratio) : "", r.baseline);
     }
