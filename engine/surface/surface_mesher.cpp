@@ -26,6 +26,7 @@ bool key_less(const glm::ivec3& a, const glm::ivec3& b) {
 }
 
 struct Brick {
+  glm::ivec3 key{0};
   BrickContour contour;
   BrickMesh mesh;
   bool queued = false;
@@ -42,23 +43,36 @@ struct Corner {
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// Builds one brick's mesh. Its working memory is used again for the next brick.
+// Builds one brick's mesh. Its working memory is used again for the next brick, so each array of a mesh is allocated
+// only once, in its final size.
 struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
     Tissue low, high;
-    bool crease;
+    std::uint8_t owner;
+    std::uint16_t point;
   };
   std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
+  std::vector<SurfaceVertex> vertices;
+  std::vector<std::uint32_t> indices;  // has room for the triangles of all edges of the brick
+  std::uint32_t* index_end = nullptr;  // end of the brick's indices
   // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void build(const BrickContour* const around[8], BrickMesh& mesh);
 
  private:
-  std::uint32_t copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal, BrickMesh& mesh);
-  void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
+  bool find_corners(const BrickContour* const around[8], BrickContour::Edge edge, Corner corners[4], int& count) const;
+  std::uint32_t copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal);
+  std::uint32_t new_copy(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal);
+  void triangle(const Corner& a, const Corner& b, const Corner& c);
+  void quad(const Corner& a, const Corner& b, const Corner& c, const Corner& d);
+  void two_triangles(const Corner& a, const Corner& b, const Corner& c, const Corner& d);
+  void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    index_end[0] = a, index_end[1] = b, index_end[2] = c;
+    index_end += 3;
+  }
 };
 
 constexpr float kSmallEdge = 2.5f;  // voxels; a triangle is small if all its edges are shorter than this
@@ -72,41 +86,42 @@ float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
-std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal,
-                                      BrickMesh& mesh) {
-  const ContourVertex& v = *corner.data;
-  std::uint32_t& first = first_copy[corner.owner][corner.vertex];
-  if (!v.crease) {
-    for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
-      if (copies[i].low == low && copies[i].high == high) return i;
-    }
-  } else {
-    // A copy of the vertex is used again only if its normal is nearly equal. So the two sides of a crease get different
-    // copies.
-    for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
-      if (copies[i].low == low && copies[i].high == high && glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f) {
-        return i;
-      }
+// Returns the number of the corner's copy with these tissues, and makes the copy if it does not exist.
+inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high,
+                                             const glm::vec3& crease_normal) {
+  const bool crease = corner.data->crease;
+  for (std::uint32_t i = first_copy[corner.owner][corner.vertex]; i != kNone; i = copies[i].next) {
+    // On a crease, a copy of the vertex is used again only if its normal is nearly equal. So the two sides of a crease
+    // get different copies.
+    if (copies[i].low == low && copies[i].high == high &&
+        (!crease || glm::dot(vertices[i].normal, crease_normal) > 0.999f)) {
+      return i;
     }
   }
-  SurfaceVertex out;
+  return new_copy(corner, low, high, crease_normal);
+}
+
+std::uint32_t PolygonBuilder::new_copy(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal) {
+  const ContourVertex& v = *corner.data;
+  std::uint32_t& first = first_copy[corner.owner][corner.vertex];
+  const auto number = static_cast<std::uint32_t>(vertices.size());
+  SurfaceVertex& out = vertices.emplace_back();
   out.position = v.position;
   out.normal = v.crease ? crease_normal : v.normal;
   out.tissue[0] = low;
   out.tissue[1] = high;
-  const float a = fraction(v, low), b = low == high ? 0 : fraction(v, high);
-  const float second = a + b > 0 ? b / (a + b) : v.tissue[0] > low ? 1.f : 0.f;
-  out.second = static_cast<std::uint8_t>(std::lround(255 * second));
-  const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.push_back(out);
-  mesh.point.push_back(static_cast<std::uint16_t>(corner.vertex));
-  mesh.owner.push_back(static_cast<std::uint8_t>(corner.owner));
-  copies.push_back({first, low, high, v.crease});
+  if (low != high) {
+    const float a = fraction(v, low), b = fraction(v, high);
+    const float second = a + b > 0 ? b / (a + b) : v.tissue[0] > low ? 1.f : 0.f;
+    out.second = static_cast<std::uint8_t>(std::lround(255 * second));
+  }
+  copies.push_back(
+      {first, low, high, static_cast<std::uint8_t>(corner.owner), static_cast<std::uint16_t>(corner.vertex)});
   first = number;
   return number;
 }
 
-void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh) {
+void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c) {
   const Corner* corners[3] = {&a, &b, &c};
   // Finds the two most frequent tissues of the three corners.
   Tissue low = a.data->tissue[0], high = low;
@@ -145,10 +160,107 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
             glm::distance(b.data->position, c.data->position) < kSmallEdge &&
             glm::distance(c.data->position, a.data->position) < kSmallEdge;
   }
-  for (const Corner* corner : corners) {
-    mesh.indices.push_back(
-        copy_of(*corner, low, high, small && corner->data->gentle ? corner->data->normal : side, mesh));
+  const auto copy = [&](const Corner& corner) {
+    return copy_of(corner, low, high, small && corner.data->gentle ? corner.data->normal : side);
+  };
+  const std::uint32_t first = copy(a), second = copy(b), third = copy(c);
+  add(first, second, third);
+}
+
+// Adds the triangles a b c and a c d.
+inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
+  // Usual case: all corners have the same tissue and lie on no crease, so both triangles have the same copies.
+  const Tissue tissue = a.data->tissue[0];
+  if (b.data->tissue[0] == tissue && c.data->tissue[0] == tissue && d.data->tissue[0] == tissue && !a.data->crease &&
+      !b.data->crease && !c.data->crease && !d.data->crease) {
+    const glm::vec3 none(0);
+    const std::uint32_t first = copy_of(a, tissue, tissue, none), second = copy_of(b, tissue, tissue, none),
+                        third = copy_of(c, tissue, tissue, none), fourth = copy_of(d, tissue, tissue, none);
+    add(first, second, third);
+    add(first, third, fourth);
+    return;
   }
+  triangle(a, b, c);
+  triangle(a, c, d);
+}
+
+// Splits a quad along the shorter diagonal, unless that diagonal would fold the quad.
+inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
+  const glm::vec3 &pa = a.data->position, &pb = b.data->position, &pc = c.data->position, &pd = d.data->position;
+  const glm::vec3 ac = pc - pa, bd = pd - pb;
+  // area normals of the two triangles beside the diagonal from a to c, and their sum
+  const glm::vec3 abc = glm::cross(pb - pa, ac), acd = glm::cross(ac, pd - pa), whole = abc + acd;
+  const auto folds_ac = [&] { return std::min(glm::dot(abc, whole), glm::dot(acd, whole)) <= 0; };
+  const auto folds_bd = [&] {
+    const glm::vec3 bcd = area_normal(b, c, d), bda = area_normal(b, d, a);
+    return std::min(glm::dot(bcd, whole), glm::dot(bda, whole)) <= 0;
+  };
+  bool split_ac = glm::dot(ac, ac) <= glm::dot(bd, bd);
+  if (split_ac ? folds_ac() && !folds_bd() : folds_bd() && !folds_ac()) split_ac = !split_ac;
+  if (split_ac) {
+    two_triangles(a, b, c, d);
+  } else {
+    two_triangles(b, c, d, a);
+  }
+}
+
+// Finds the vertices of the four cells around a crossed edge. They are the corners of the edge's polygon, in
+// counter-clockwise order as seen from the positive end of the axis. Returns false if the edge has no polygon.
+inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], BrickContour::Edge edge,
+                                         Corner corners[4], int& count) const {
+  static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
+  // bits of a cell's number that contain its index along each axis
+  static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
+  const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
+  if ((edge.cell & kBits[u]) && (edge.cell & kBits[v])) {
+    // All four cells are in this brick. Usually each of them has one vertex.
+    const std::uint16_t* at = vertex_at.data() + edge.cell;
+    const std::uint16_t ring[4] = {at[-kStep[u] - kStep[v]], at[-kStep[v]], *at, at[-kStep[u]]};
+    if (ring[0] != kSeveral && ring[1] != kSeveral && ring[2] != kSeveral && ring[3] != kSeveral) {
+      const ContourVertex* const own = around[0]->vertices.data();
+      corners[0] = {0, ring[0], own + ring[0]};
+      count = 1;
+      for (int i = 1; i < 4; ++i) {
+        if (ring[i] != ring[i - 1] && (i < 3 || ring[i] != ring[0])) corners[count++] = {0, ring[i], own + ring[i]};
+      }
+      return count > 2 && ring[0] != ring[2] && ring[1] != ring[3];
+    }
+  }
+  const CellShapes& shapes = CellShapes::get();
+  // offsets of the four cells around the edge, along u and v
+  static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
+  const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
+  count = 0;
+  for (int i = 0; i < 4; ++i) {
+    const int down_u = kRing[i][0], down_v = kRing[i][1];
+    glm::ivec3 cell = base;
+    cell[u] -= down_u;
+    cell[v] -= down_v;
+    std::uint32_t owner = 0;
+    for (int a = 0; a < 3; ++a) {
+      if (cell[a] >= 0) continue;
+      cell[a] += kCells;
+      owner |= 1u << a;
+    }
+    const BrickContour* contour = around[owner];
+    const int index = BrickContour::cell_index(cell.x, cell.y, cell.z);
+    std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
+    if (vertex == kSeveral) {
+      const int found = contour ? contour->find(index) : -1;
+      // The brick with this cell does not exist yet. The polygon is omitted, so the surface has a hole here until put()
+      // adds the brick.
+      if (found < 0) return false;
+      const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
+      // Number of the edge in this cell, among the four edges of the cell that are parallel to `axis` (cell_shapes.h).
+      const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
+      vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
+    }
+    const Corner corner{owner, vertex, &contour->vertices[vertex]};
+    if (count > 0 && corners[count - 1] == corner) continue;
+    corners[count++] = corner;
+  }
+  if (count > 1 && corners[0] == corners[count - 1]) --count;
+  return count > 2 && (count == 3 || (corners[0] != corners[2] && corners[1] != corners[3]));
 }
 
 // Builds the mesh of a brick (16³ cells). `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is
@@ -157,10 +269,9 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
   mesh.key = own.key;
-  mesh.vertices.clear();
-  mesh.indices.clear();
-  mesh.point.clear();
-  mesh.owner.clear();
+  vertices.clear();
+  if (indices.size() < 6 * own.edges.size()) indices.resize(6 * own.edges.size());
+  index_end = indices.data();
   copies.clear();
   for (int o = 0; o < 8; ++o) first_copy[o].assign(around[o] ? around[o]->vertices.size() : 0, kNone);
   std::size_t number = 0;
@@ -172,116 +283,30 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     }
   }
 
-  // Four cells surround a crossed edge; their vertices are the corners of its polygon.
+  Corner corners[4];
+  int count = 0;
   for (const BrickContour::Edge edge : own.edges) {
-    const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
-    static constexpr int kRing[4][2] = {
-        // Offsets of the four cells around the edge, along u and v. They are in counter-clockwise order as seen from
-        // the positive end of the axis.
-        {1, 1},
-        {0, 1},
-        {0, 0},
-        {1, 0}};
-    static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
-    if (base[u] > 0 && base[v] > 0) {
-      // If the four cells around the edge were merged into one block, they have only one vertex, and the polygon has no
-      // area. Most polygons inside a brick are of this kind, and they are skipped here.
-      const std::uint16_t* at = vertex_at.data() + edge.cell;
-      const std::uint16_t first = *at;
-      if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
-        continue;
-      }
-    }
-    Corner corners[4];
-    int count = 0;
-    bool whole = true;
-    for (int i = 0; i < 4; ++i) {
-      const int down_u = kRing[i][0], down_v = kRing[i][1];
-      glm::ivec3 cell = base;
-      cell[u] -= down_u;
-      cell[v] -= down_v;
-      std::uint32_t owner = 0;
-      for (int a = 0; a < 3; ++a) {
-        if (cell[a] >= 0) continue;
-        cell[a] += kCells;
-        owner |= 1u << a;
-      }
-      const BrickContour* contour = around[owner];
-      const int index = BrickContour::cell_index(cell.x, cell.y, cell.z);
-      std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
-      if (vertex == kSeveral) {
-        const int found = contour ? contour->find(index) : -1;
-        // The brick with this cell does not exist yet. The polygon is omitted, so the surface has a hole here until
-        // put() adds the brick.
-        if (found < 0) {
-          whole = false;
-          break;
-        }
-        const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // Number of the edge in this cell, among the four edges of the cell that are parallel to `axis`
-        // (cell_shapes.h).
-        const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
-        vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
-      }
-      const Corner corner{owner, vertex, &contour->vertices[vertex]};
-      if (count > 0 && corners[count - 1] == corner) continue;
-      corners[count++] = corner;
-    }
-    if (!whole) continue;
-    if (count > 1 && corners[0] == corners[count - 1]) --count;
-    if (count < 3 || (count == 4 && (corners[0] == corners[2] || corners[1] == corners[3]))) continue;
-    if (!edge.solid_base) std::reverse(corners, corners + count);
+    if (!find_corners(around, edge, corners, count)) continue;
+    // Corners in arrays would be copied while the processor still writes them, so they are passed one by one.
     if (count == 3) {
-      triangle(corners[0], corners[1], corners[2], mesh);
-      continue;
-    }
-    // Splits the quad along the shorter diagonal, unless that diagonal would fold the quad.
-    const glm::vec3 n0 = area_normal(corners[0], corners[1], corners[2]),
-                    n1 = area_normal(corners[0], corners[2], corners[3]);
-    const glm::vec3 m0 = area_normal(corners[1], corners[2], corners[3]),
-                    m1 = area_normal(corners[1], corners[3], corners[0]);
-    const glm::vec3 whole_normal = n0 + n1;
-    const float fold_n = std::min(glm::dot(n0, whole_normal), glm::dot(n1, whole_normal));
-    const float fold_m = std::min(glm::dot(m0, whole_normal), glm::dot(m1, whole_normal));
-    const glm::vec3 d02 = corners[2].data->position - corners[0].data->position;
-    const glm::vec3 d13 = corners[3].data->position - corners[1].data->position;
-    bool split_02 = glm::dot(d02, d02) <= glm::dot(d13, d13);
-    if (fold_n <= 0 && fold_m > 0) split_02 = false;
-    if (fold_m <= 0 && fold_n > 0) split_02 = true;
-    if (split_02) {
-      triangle(corners[0], corners[1], corners[2], mesh);
-      triangle(corners[0], corners[2], corners[3], mesh);
+      if (edge.solid_base) {
+        triangle(corners[0], corners[1], corners[2]);
+      } else {
+        triangle(corners[2], corners[1], corners[0]);
+      }
+    } else if (edge.solid_base) {
+      quad(corners[0], corners[1], corners[2], corners[3]);
     } else {
-      triangle(corners[1], corners[2], corners[3], mesh);
-      triangle(corners[1], corners[3], corners[0], mesh);
+      quad(corners[3], corners[2], corners[1], corners[0]);
     }
   }
-
-  // Computes the bounds of the brick's mesh; the renderer does not draw bricks whose bounds are out of view.
-  mesh.low = mesh.high = mesh.vertices.empty() ? glm::vec3(0) : mesh.vertices[0].position;
-  for (const SurfaceVertex& vertex : mesh.vertices) {
-    mesh.low = glm::min(mesh.low, vertex.position);
-    mesh.high = glm::max(mesh.high, vertex.position);
-  }
-  glm::vec3 sum(0);
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const glm::vec3& a = mesh.vertices[mesh.indices[i]].position;
-    sum += glm::cross(mesh.vertices[mesh.indices[i + 1]].position - a, mesh.vertices[mesh.indices[i + 2]].position - a);
-  }
-  mesh.cone_cosine = -1;
-  mesh.cone_axis = glm::vec3(0);
-  const float length = glm::length(sum);
-  if (length > 0) {
-    mesh.cone_axis = sum / length;
-    mesh.cone_cosine = 1;
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-      const glm::vec3& a = mesh.vertices[mesh.indices[i]].position;
-      const glm::vec3 n =
-          glm::cross(mesh.vertices[mesh.indices[i + 1]].position - a, mesh.vertices[mesh.indices[i + 2]].position - a);
-      const float area = glm::length(n);
-      if (area > 0) mesh.cone_cosine = std::min(mesh.cone_cosine, glm::dot(n, mesh.cone_axis) / area);
-    }
+  mesh.vertices.assign(vertices.begin(), vertices.end());
+  mesh.indices.assign(indices.data(), index_end);
+  mesh.point.resize(copies.size());
+  mesh.owner.resize(copies.size());
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    mesh.point[i] = copies[i].point;
+    mesh.owner[i] = copies[i].owner;
   }
 }
 
@@ -291,18 +316,30 @@ struct SurfaceMesher::State {
   MesherOptions options;
   Contourer contourer;
   PolygonBuilder weaver;
-  std::unordered_map<glm::ivec3, Brick, KeyHash> bricks;
-  std::vector<glm::ivec3> queue;  // keys of the bricks (blocks of 16³ cells) that must be meshed again
+  // Most of the searches are for neighbours, so the map itself stays small enough for the processor's cache.
+  std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
+  std::vector<Brick*> queue;  // the bricks (blocks of 16³ cells) that must be meshed again
   std::vector<glm::ivec3> changed;
 
+  Brick* find(const glm::ivec3& key) const {
+    const auto it = bricks.find(key);
+    return it == bricks.end() ? nullptr : it->second.get();
+  }
+  Brick& at(const glm::ivec3& key) {
+    std::unique_ptr<Brick>& brick = bricks[key];
+    if (!brick) {
+      brick = std::make_unique<Brick>();
+      brick->key = key;
+    }
+    return *brick;
+  }
   void enqueue_around(const glm::ivec3& key) {
     // Polygons join a brick's cells with cells of its lower neighbours. So if a brick (16³ cells) changes, its upper
     // neighbours change, too.
     for (int o = 0; o < 8; ++o) {
-      const glm::ivec3 upper = key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
-      const auto it = bricks.find(upper);
-      if (it == bricks.end() || it->second.queued) continue;
-      it->second.queued = true;
+      Brick* const upper = find(key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
+      if (!upper || upper->queued) continue;
+      upper->queued = true;
       queue.push_back(upper);
     }
   }
@@ -320,53 +357,50 @@ void SurfaceMesher::set_tolerance(float tolerance) {
 }
 
 void SurfaceMesher::put(const FieldBrick& brick) {
-  Brick& entry = state_->bricks[brick.key];
-  state_->contourer.contour(brick, state_->options.tolerance, entry.contour);
+  state_->contourer.contour(brick, state_->options.tolerance, state_->at(brick.key).contour);
   state_->enqueue_around(brick.key);
 }
 
 void SurfaceMesher::remove(const glm::ivec3& key) {
-  const auto it = state_->bricks.find(key);
-  if (it == state_->bricks.end()) return;
-  it->second.contour = BrickContour{};
-  it->second.contour.key = key;
+  Brick* const brick = state_->find(key);
+  if (!brick) return;
+  brick->contour = BrickContour{};
+  brick->contour.key = key;
   state_->enqueue_around(key);
 }
 
 std::span<const glm::ivec3> SurfaceMesher::remesh() {
   State& s = *state_;
   s.changed.clear();
-  std::sort(s.queue.begin(), s.queue.end(), key_less);
-  for (const glm::ivec3& key : s.queue) {
-    Brick& brick = s.bricks.find(key)->second;
-    brick.queued = false;
-    const bool was_empty = brick.mesh.indices.empty();
-    const BrickContour* around[8];
-    for (int o = 0; o < 8; ++o) {
-      const auto it = o == 0 ? s.bricks.find(key) : s.bricks.find(key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
-      around[o] = it == s.bricks.end() ? nullptr : &it->second.contour;
+  std::sort(s.queue.begin(), s.queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
+  for (Brick* const brick : s.queue) {
+    brick->queued = false;
+    const bool was_empty = brick->mesh.indices.empty();
+    const BrickContour* around[8] = {&brick->contour};
+    for (int o = 1; o < 8; ++o) {
+      const Brick* const lower = s.find(brick->key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
+      around[o] = lower ? &lower->contour : nullptr;
     }
-    s.weaver.build(around, brick.mesh);
-    if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
+    s.weaver.build(around, brick->mesh);
+    if (!was_empty || !brick->mesh.indices.empty()) s.changed.push_back(brick->key);
   }
   // Erases a brick (16³ cells) without surface if no other brick refers to it.
-  for (const glm::ivec3& key : s.queue) {
-    const auto it = s.bricks.find(key);
-    if (it->second.contour.empty() && it->second.mesh.indices.empty()) s.bricks.erase(it);
+  for (const Brick* const brick : s.queue) {
+    if (brick->contour.empty() && brick->mesh.indices.empty()) s.bricks.erase(brick->key);
   }
   s.queue.clear();
   return s.changed;
 }
 
 const BrickMesh* SurfaceMesher::find(const glm::ivec3& key) const {
-  const auto it = state_->bricks.find(key);
-  return it == state_->bricks.end() || it->second.mesh.indices.empty() ? nullptr : &it->second.mesh;
+  const Brick* const brick = state_->find(key);
+  return !brick || brick->mesh.indices.empty() ? nullptr : &brick->mesh;
 }
 
 std::vector<glm::ivec3> SurfaceMesher::keys() const {
   std::vector<glm::ivec3> keys;
   for (const auto& [key, brick] : state_->bricks) {
-    if (!brick.mesh.indices.empty()) keys.push_back(key);
+    if (!brick->mesh.indices.empty()) keys.push_back(key);
   }
   std::sort(keys.begin(), keys.end(), key_less);
   return keys;
@@ -374,7 +408,7 @@ std::vector<glm::ivec3> SurfaceMesher::keys() const {
 
 std::size_t SurfaceMesher::triangle_count() const {
   std::size_t count = 0;
-  for (const auto& [key, brick] : state_->bricks) count += brick.mesh.indices.size() / 3;
+  for (const auto& [key, brick] : state_->bricks) count += brick->mesh.indices.size() / 3;
   return count;
 }
 

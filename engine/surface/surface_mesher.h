@@ -42,9 +42,6 @@ struct BrickMesh {
   /// have the same number, in other bricks (blocks of 16³ cells) too. The number is used to merge vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
-  glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
-  glm::vec3 cone_axis{0};  // unit vector: mean normal of the brick's triangles, the axis of their cone of normals
-  float cone_cosine = -1;  // cosine of the largest angle between a triangle's normal and the axis; -1: all directions
 };
 
 struct MesherOptions {

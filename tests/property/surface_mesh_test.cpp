@@ -273,27 +273,5 @@ TEST(Tissues, BoundaryIsDrawnWhereItRuns) {
   EXPECT_LT(std::sqrt(sum / crossings), 0.35);
 }
 
-TEST(Culling, EveryTriangleLiesInItsBricksBoundsAndCone) {
-  const Field sphere = [](const glm::dvec3& p) { return glm::length(p - 24.0) - 19.3; };
-  const SurfaceMesher mesher = mesh_of(sample_bricks(glm::dvec3(0), glm::dvec3(48), sphere), 0.1f);
-  int narrow = 0;
-  for (const glm::ivec3& key : mesher.keys()) {
-    const BrickMesh& mesh = *mesher.find(key);
-    narrow += mesh.cone_cosine > 0;
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-      const glm::vec3 p[3] = {mesh.vertices[mesh.indices[i]].position, mesh.vertices[mesh.indices[i + 1]].position,
-                              mesh.vertices[mesh.indices[i + 2]].position};
-      for (const glm::vec3& q : p) {
-        EXPECT_TRUE(glm::all(glm::greaterThanEqual(q, mesh.low)) && glm::all(glm::lessThanEqual(q, mesh.high)));
-      }
-      const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
-      if (glm::length(n) > 1e-4f) {
-        EXPECT_GT(glm::dot(glm::normalize(n), mesh.cone_axis), mesh.cone_cosine - 1e-4f);
-      }
-    }
-  }
-  EXPECT_GT(narrow, 10);
-}
-
 }  // namespace
 }  // namespace typodont::surface

@@ -156,7 +156,23 @@ TEST(Moments, DoNotDependOnTheOrderOfAddition) {
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 8; ++j) EXPECT_NEAR(moved.at(i, j), far.at(i, j), 1e-4);
   }
-  EXPECT_EQ(near.count(), 3);
+  EXPECT_EQ(near.sums().count(), 3);
+}
+
+TEST(Moments, HaveTheBitsOfTheSumsThatAreComputedAlone) {
+  Moments moments;
+  CrossingSums alone;
+  for (const glm::vec3 p : {glm::vec3(0.1f, 0.2f, 0.3f), glm::vec3(-0.4f, 0.1f, 0.2f), glm::vec3(0.3f, -0.3f, 0)}) {
+    const Crossing one = crossing(p, glm::normalize(p + glm::vec3(0, 0.7f, 1)), 0.1f);
+    moments.add(one, glm::vec3(0.5f));
+    alone.add(one, glm::vec3(0.5f));
+  }
+  const CrossingSums sums = moments.sums();
+  EXPECT_EQ(sums.count(), alone.count());
+  EXPECT_EQ(sums.points(), alone.points());
+  EXPECT_EQ(sums.normals(), alone.normals());
+  EXPECT_EQ(sums.curvatures(), alone.curvatures());
+  EXPECT_EQ(sums.points_by_normals(), alone.points_by_normals());
 }
 
 }  // namespace

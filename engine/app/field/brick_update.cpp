@@ -14,12 +14,11 @@ render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh*
   if (!mesh) return update;
   update.vertices.reserve(mesh->vertices.size());
   for (const surface::SurfaceVertex& v : mesh->vertices) {
-    render::Vertex out;
+    render::Vertex& out = update.vertices.emplace_back();
     out.p = v.position * static_cast<float>(voxel);
     out.n = v.normal;
     out.tissue = {v.tissue[0], v.tissue[1]};
     out.second = static_cast<float>(v.second) / 255.0f;
-    update.vertices.push_back(out);
   }
   update.indices = mesh->indices;
   return update;

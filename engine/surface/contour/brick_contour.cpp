@@ -76,7 +76,7 @@ std::uint32_t solid_bits(const float* row) {
 
 // A patch of surface in a cell (at full resolution), or the whole surface in a merged block, with its vertex.
 struct Node {
-  Moments moments;
+  CrossingSums sums;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
   Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
@@ -208,14 +208,14 @@ Tissue only_tissue(const FieldBrick& brick) {
 // starts at the mean of the crossings (the points where the surface crosses the cell's edges). On a curved surface,
 // this mean does not lie on the surface: its distance from the surface is half the covariance of points and normals.
 // The vertex is moved by this distance along the normal.
-glm::vec3 smooth_vertex(const Moments& moments, float s) {
-  const float w = 1 / moments.count();
-  const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
+glm::vec3 smooth_vertex(const CrossingSums& sums, float s) {
+  const float w = 1 / sums.count();
+  const glm::vec3 x = sums.points() * w, n = sums.normals() * w;
   const float length = glm::length(n);
   if (length < 1e-6f) return x;
   const glm::vec3 unit = n / length;
-  const float curvature = moments.curvatures() * w;
-  const float onto_surface = std::clamp(0.5f * (moments.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
+  const float curvature = sums.curvatures() * w;
+  const float onto_surface = std::clamp(0.5f * (sums.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
   const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
   const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
   const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
@@ -286,13 +286,19 @@ struct Contourer::Scratch {
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
+  std::vector<Moments> moments[kLevels];       // the moments of each node; empty if no blocks are to be merged
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
   std::vector<std::uint16_t> state[kLevels];   // state of each block: kNone, kMixed or the index of its node
 
+  // The mesher keeps the results of all bricks. They are first computed in this memory, so that the arrays of each
+  // brick are allocated only once, in their final size.
+  std::vector<BrickContour::Edge> edges;
+  std::vector<ContourVertex> vertices;
+
   bool read_signs();
-  void find_crossings(std::vector<BrickContour::Edge>& edges);
+  void find_crossings();
   int shape_at(const glm::ivec3& cell, int config) const;
-  void find_patches();
+  void find_patches(bool merging);
   bool merge(int level, float tolerance);
   void place_vertices(int top, BrickContour& out);
   PlaneSums planes_of(const Cell& cell, int patch, const glm::vec3& centre) const;
@@ -323,8 +329,9 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   out.active.fill(0);
   out.before.fill(0);
   if (!s.read_signs()) return;
-  s.find_crossings(out.edges);
-  s.find_patches();
+  s.find_crossings();
+  out.edges.assign(s.edges.begin(), s.edges.end());
+  s.find_patches(tolerance >= 0);
   int top = 0;
   while (tolerance >= 0 && top + 1 < kLevels && s.merge(top + 1, tolerance)) ++top;
   s.place_vertices(top, out);
@@ -332,6 +339,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
     for (const std::uint16_t block : s.blocks[level]) s.state[level][block] = kNone;
     s.blocks[level].clear();
     s.nodes[level].clear();
+    s.moments[level].clear();
   }
 }
 
@@ -351,15 +359,17 @@ bool Contourer::Scratch::read_signs() {
 
 // Finds the crossed edges, and the position and normal of each crossing. Edges whose base (lower end) lies in the
 // brick's own cells are added to `edges`; each becomes a polygon.
-void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) {
+void Contourer::Scratch::find_crossings() {
   crossings.clear();
+  edges.clear();
   auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
                              std::uint32_t bits) {
     constexpr int kA = kStride[kAxis], kB = kStride[(kAxis + 1) % 3], kC = kStride[(kAxis + 2) % 3];
     for (; crossed; crossed &= crossed - 1) {
       const int z = std::countr_zero(crossed);
       const LocalCrossing local = cross_edge(brick->distance.data() + sample(x, y, z), kA, kB, kC);
-      Crossing crossing;
+      edge_at[kAxis][(x * kCorners + y) * kCorners + z] = static_cast<std::uint16_t>(crossings.size());
+      Crossing& crossing = crossings.emplace_back();
       crossing.point[0] = static_cast<float>(x);
       crossing.point[1] = static_cast<float>(y);
       crossing.point[2] = static_cast<float>(z);
@@ -368,8 +378,6 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
       crossing.normal[(kAxis + 1) % 3] = local.nb;
       crossing.normal[(kAxis + 2) % 3] = local.nc;
       crossing.curvature = local.curvature;
-      edge_at[kAxis][(x * kCorners + y) * kCorners + z] = static_cast<std::uint16_t>(crossings.size());
-      crossings.push_back(crossing);
       if (x < kCells && y < kCells && z < kCells) {
         edges.push_back({static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z) & 0xfff),
                          static_cast<std::uint16_t>(kAxis & 3), static_cast<std::uint16_t>(bits >> z & 1)});
@@ -408,8 +416,9 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Finds the cells that contain surface, and the patches (pieces of surface) in each cell.
-void Contourer::Scratch::find_patches() {
+// Finds the cells that contain surface, and the patches (pieces of surface) in each cell. `merging`: also computes the
+// moments, from which blocks of cells are merged.
+void Contourer::Scratch::find_patches(bool merging) {
   const Tissue only = only_tissue(*brick);
   cells.clear();
   std::vector<Node>& patches = nodes[0];
@@ -432,18 +441,26 @@ void Contourer::Scratch::find_patches() {
         patches.resize(first + cell.patches);
         const glm::vec3 centre = glm::vec3(at) + 0.5f;
         for (int p = 0; p < cell.patches; ++p) {
-          Moments& moments = patches[first + static_cast<std::size_t>(p)].moments;
-          for (int i = 0; i < cell.edges; ++i) {
-            const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
-            if (cell.patch[e] == p) moments.add(crossing_of(at, e), centre);
+          const auto sum_up = [&](auto sums) {
+            for (int i = 0; i < cell.edges; ++i) {
+              const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
+              if (cell.patch[e] == p) sums.add(crossing_of(at, e), centre);
+            }
+            return sums;
+          };
+          CrossingSums& sums = patches[first + static_cast<std::size_t>(p)].sums;
+          if (merging) {
+            sums = moments[0].emplace_back(sum_up(Moments())).sums();
+          } else {
+            sums = sum_up(CrossingSums());
           }
         }
         for (std::size_t p = first; p < patches.size(); ++p) {
           Node& patch = patches[p];
           patch.tissue = only != Tissue::kAir ? only : tissue_around(*brick, at);
-          const glm::vec3 mean = patch.moments.normals() / patch.moments.count();
+          const glm::vec3 mean = patch.sums.normals() / patch.sums.count();
+          if (1 - glm::dot(mean, mean) < kSmoothSpread) continue;
           const float length = glm::length(mean);
-          if (1 - length * length < kSmoothSpread) continue;
           glm::vec3 normals[12];
           int count = 0;
           for (int i = 0; i < cell.edges; ++i) {
@@ -531,19 +548,21 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     if (!shapes.simple(config) || !middles_agree(signs)) continue;
 
     Node node;
+    Moments sums;
     bool first = true;
     for (int c = 0; c < 8; ++c) {
       if (members[c] == kNone) continue;
       const Node& from = nodes[level - 1][members[c]];
       const float quarter = 0.25f * side;
-      node.moments.add(from.moments,
-                       {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
+      sums.add(moments[level - 1][members[c]],
+               {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
       node.crease |= from.crease;
       if (first) node.tissue = from.tissue;
       if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
       first = false;
     }
     if (node.tissue == Tissue::kAir) continue;
+    node.sums = sums.sums();
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
       // One vertex can represent both sides of a crease if these sides meet in the block.
@@ -553,14 +572,15 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
       node.position = centre + fit.point;
     } else {
       const float bound = tolerance / (kSag * side * side);
-      if (std::abs(node.moments.curvatures()) > bound * node.moments.count()) continue;
-      if (greatest_curvature(node.moments, kLeastSpread * side * side) > bound) continue;
-      node.position = centre + smooth_vertex(node.moments, side);
+      if (std::abs(node.sums.curvatures()) > bound * node.sums.count()) continue;
+      if (greatest_curvature(sums, kLeastSpread * side * side) > bound) continue;
+      node.position = centre + smooth_vertex(node.sums, side);
     }
     const float off = std::abs(field_at(brick->distance.data(), node.position));
     if (off > tolerance + (node.crease ? kCreaseValue : kSmoothValue)) continue;
     mine = static_cast<std::uint16_t>(nodes[level].size());
     nodes[level].push_back(node);
+    moments[level].push_back(sums);
     merged = true;
   }
   return merged;
@@ -569,14 +589,14 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
 // Places one vertex for every remaining patch (piece of surface) and for every merged block.
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
+  vertices.clear();
   auto place = [&](const Node& node, const glm::vec3& position) {
-    ContourVertex vertex;
+    ContourVertex& vertex = vertices.emplace_back();
     vertex.position = origin + position;
-    vertex.normal = unit_or_up(node.moments.normals());
+    vertex.normal = unit_or_up(node.sums.normals());
     vertex.crease = node.crease;
     vertex.gentle = node.gentle;
     vertex.tissue[0] = vertex.tissue[1] = node.tissue;
-    out.vertices.push_back(vertex);
   };
   out.cells.reserve(cells.size());
   for (const Cell& cell : cells) {
@@ -597,22 +617,23 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     }
     if (block) {
       if (block->vertex == kNone) {
-        block->vertex = static_cast<std::uint16_t>(out.vertices.size());
+        block->vertex = static_cast<std::uint16_t>(vertices.size());
         place(*block, block->position);
       }
       out.cells.push_back({block->vertex, cell.shape});
       continue;
     }
-    out.cells.push_back({static_cast<std::uint16_t>(out.vertices.size()), cell.shape});
+    out.cells.push_back({static_cast<std::uint16_t>(vertices.size()), cell.shape});
     const glm::vec3 centre = glm::vec3(at) + 0.5f;
     for (int p = 0; p < shapes[cell.shape].patches; ++p) {
       const Node& patch = nodes[0][static_cast<std::size_t>(cell.first + p)];
       const glm::vec3 position =
-          centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1) : smooth_vertex(patch.moments, 1));
+          centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1) : smooth_vertex(patch.sums, 1));
       place(patch, position);
-      if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, out.vertices.back(), position);
+      if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, vertices.back(), position);
     }
   }
+  out.vertices.assign(vertices.begin(), vertices.end());
 }
 
 }  // namespace typodont::surface

@@ -5,8 +5,9 @@
 namespace typodont::surface {
 
 float greatest_curvature(const Moments& moments, float least) {
-  const float w = 1 / moments.count(), mean_curvature = moments.curvatures() * w;
-  const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
+  const CrossingSums sums = moments.sums();
+  const float w = 1 / sums.count(), mean_curvature = sums.curvatures() * w;
+  const glm::vec3 x = sums.points() * w, n = sums.normals() * w;
   const float length = glm::length(n);
   if (length < 1e-6f) return 1;
   const glm::vec3 unit = n / length;

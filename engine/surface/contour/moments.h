@@ -9,10 +9,36 @@
 
 namespace typodont::surface {
 
-/// Sums over crossings (point p, unit normal n, mean curvature H) of the outer product of (p, 1) and (p, n, H, 1).
-/// Points are relative to the centre of the cell or block, so that single precision is sufficient.
+/// Four floats that the compiler keeps in one register.
+using Four = float __attribute__((vector_size(16)));
+
+/// Sums over crossings (point p, unit normal n, mean curvature H) from which a vertex is computed. Points are relative
+/// to the centre of the cell or block, so that single precision is sufficient.
+struct CrossingSums {
+  Four low = {}, high = {};  // Σ (p.x p.y p.z n.x) and Σ (n.y n.z H 1)
+  Four by_normals = {};      // Σ (p.x·n.x, p.y·n.y, p.z·n.z); the last lane has no meaning
+
+  void add(const Crossing& crossing, const glm::vec3& centre) {
+    Four first, second, normal;
+    std::memcpy(&first, crossing.point, sizeof first);
+    std::memcpy(&second, crossing.normal + 1, sizeof second);
+    std::memcpy(&normal, crossing.normal, sizeof normal);
+    first -= Four{centre.x, centre.y, centre.z, 0};
+    low += first;
+    high += second;
+    by_normals += first * normal;
+  }
+
+  float count() const { return high[3]; }
+  glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
+  glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
+  float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
+  // returns Σ p·n, the sum of the products of point and normal
+  float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
+};
+
+/// Sums over crossings of the outer product of (p, 1) and (p, n, H, 1), from which curvatures are computed.
 struct Moments {
-  using Four = float __attribute__((vector_size(16)));
   Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: the same without the factor p_i
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
@@ -42,13 +68,7 @@ struct Moments {
   }
 
   float at(int i, int j) const { return m[i][j >> 2][j & 3]; }
-  float count() const { return m[3][1][3]; }
-  glm::vec3 points() const { return {at(3, 0), at(3, 1), at(3, 2)}; }  // returns Σ p, the sum of the crossings' points
-  // returns Σ n, the sum of the crossings' normals
-  glm::vec3 normals() const { return {at(3, 3), at(3, 4), at(3, 5)}; }
-  float curvatures() const { return at(3, 6); }  // returns Σ H, the sum of the crossings' mean curvatures
-  // returns Σ p·n, the sum of the products of point and normal
-  float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }
+  CrossingSums sums() const { return {m[3][0], m[3][1], Four{at(0, 3), at(1, 4), at(2, 5), 0}}; }
 };
 
 /// Returns the largest absolute principal curvature, estimated from the change of the normals with position in the
