@@ -664,19 +664,21 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    // box of the samples near the surface (|distance| <= 2), relative to the leaf's origin
-    glm::ivec3 lo(INT_MAX), hi(INT_MIN);
-    // bit z is set if a row of the leaf has a sample near the surface at the index z
-    std::uint32_t near = 0;
-    for (std::uint32_t row = 0; row < std::size(rows); ++row) {
-      const std::uint32_t bits = rows[row] & leaf->getValueMask().getWord<std::uint8_t>(row);
-      if (bits == 0) continue;
+    // Finds the box of the samples near the surface (|distance| <= 2), relative to the leaf's origin. For each x, bit
+    // 8y + z of a word belongs to one sample, both in `rows` and in the leaf's mask.
+    glm::ivec3 lo(kLeafEdge, 0, 0), hi(-1, 0, 0);
+    std::uint64_t near = 0;
+    for (int x = 0; x < kLeafEdge; ++x) {
+      std::uint64_t bits;
+      std::memcpy(&bits, rows + kLeafEdge * x, sizeof bits);
+      bits &= leaf->getValueMask().getWord<std::uint64_t>(static_cast<openvdb::Index>(x));
       near |= bits;
-      const int x = static_cast<int>(row) / kLeafEdge, y = static_cast<int>(row) % kLeafEdge;
-      lo = {std::min(lo.x, x), std::min(lo.y, y), 0};
-      hi = {std::max(hi.x, x), std::max(hi.y, y), 0};
+      if (bits != 0) lo.x = std::min(lo.x, x), hi.x = x;
     }
     if (near == 0) continue;
+    lo.y = std::countr_zero(near) / kLeafEdge, hi.y = (std::bit_width(near) - 1) / kLeafEdge;
+    near |= near >> 32, near |= near >> 16, near |= near >> 8;
+    near &= 0xff;
     lo.z = std::countr_zero(near), hi.z = std::bit_width(near) - 1;
     const glm::ivec3 origin = vec(leaf->origin());
     insert_bricks(origin + lo, origin + hi, keys);
@@ -691,30 +693,79 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   return list;
 }
 
+namespace {
+
 /// Returns true if the surface passes through the brick (a block of cells that is drawn as one): at least one corner of
 /// its cells is inside the tissue, and at least one is outside.
-static bool has_surface(const FieldBrick& brick) {
-  bool solid = false, empty = false;
+TYPODONT_DISPATCH("avx2", "default")
+bool has_surface(const FieldBrick& brick) {
+  unsigned any = 0, all = ~0u;
   for (int x = 1; x < FieldBrick::kSamples - 1; ++x) {
     for (int y = 1; y < FieldBrick::kSamples - 1; ++y) {
       const float* row = &brick.distance[FieldBrick::at(x, y, 1)];
-      for (int z = 0; z <= FieldBrick::kCells; ++z) {
-        solid |= row[z] < 0;
-        empty |= !(row[z] < 0);
-      }
+      static_assert(FieldBrick::kCells == 16);
+      const F8 low = *reinterpret_cast<const F8*>(row), high = *reinterpret_cast<const F8*>(row + 8);
+      const unsigned solid =
+          bits_of(low < 0) | bits_of(high < 0) << 8 | static_cast<unsigned>(row[FieldBrick::kCells] < 0) << 16;
+      any |= solid;
+      all &= solid;
     }
-    if (solid && empty) return true;
+    if (any != 0 && all != 0x1ffff) return true;
   }
   return false;
 }
 
+/// Copies the samples of a brick. Along each axis, they lie in four leaves: the last sample of the first leaf, two
+/// whole leaves, and the first two samples of the last leaf.
+template <class Grid, class Out, class Convert>
+void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert& converted) {
+  using Value = typename Grid::ValueType;
+  constexpr int n = kLeafEdge, side = FieldBrick::kSamples;
+  static_assert(FieldBrick::kCells == 2 * n && side == 2 * n + 3);
+  static constexpr int kFrom[4] = {n - 1, 0, 0, 0}, kCount[4] = {1, n, n, 2};
+  auto accessor = grid.getConstAccessor();
+  const glm::ivec3 first = key * FieldBrick::kCells - n;
+  Value tile[4][n];  // a row of each tile (a tree node with one constant value) that takes the place of a leaf
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      const Value* leaf[4];
+      std::ptrdiff_t stride_x[4], stride_y[4];
+      for (int k = 0; k < 4; ++k) {
+        const openvdb::Coord origin(first.x + n * i, first.y + n * j, first.z + n * k);
+        if (const auto* found = accessor.probeConstLeaf(origin)) {
+          leaf[k] = found->buffer().data() + (kFrom[i] * n + kFrom[j]) * n;
+          stride_x[k] = n * n, stride_y[k] = n;
+        } else {
+          std::fill_n(tile[k], n, accessor.getValue(origin));
+          leaf[k] = tile[k];
+          stride_x[k] = stride_y[k] = 0;
+        }
+      }
+      const int to_x = i == 0 ? 0 : 1 + n * (i - 1), to_y = j == 0 ? 0 : 1 + n * (j - 1);
+      for (int x = 0; x < kCount[i]; ++x) {
+        const Value* row[4];
+        for (int k = 0; k < 4; ++k) row[k] = leaf[k] + x * stride_x[k];
+        Out* to = out + ((to_x + x) * side + to_y) * side;
+        for (int y = 0; y < kCount[j]; ++y, to += side) {
+          to[0] = converted(row[0][n - 1]);
+          copy_leaf_row(row[1], to + 1, converted);
+          copy_leaf_row(row[2], to + 1 + n, converted);
+          to[1 + 2 * n] = converted(row[3][0]);
+          to[2 + 2 * n] = converted(row[3][1]);
+          for (int k = 0; k < 4; ++k) row[k] += stride_y[k];
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
 void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
   brick.key = key;
-  const glm::ivec3 lo = key * FieldBrick::kCells - 1;
-  constexpr glm::ivec3 kSize(FieldBrick::kSamples);
-  copy(lo, kSize, brick.distance.data(), nullptr);
+  copy_brick(*impl_->distance, key, brick.distance.data(), kDistance);
   if (has_surface(brick)) {
-    copy(lo, kSize, nullptr, brick.tissue.data());
+    copy_brick(*impl_->tissue, key, brick.tissue.data(), [](std::int32_t value) { return shown_in(value); });
   } else {
     brick.tissue.fill(Tissue::kAir);
   }
