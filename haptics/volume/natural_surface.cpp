@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/volume/leaf_key.h"
+
 namespace typodont::haptics {
 
 namespace {
@@ -20,8 +22,8 @@ NaturalSurface::NaturalSurface(const TissueVolume& volume) : frame_(volume.frame
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
   if (lo.x > hi.x) return;
-  first_ = lo >> 3;
-  count_ = (hi >> 3) - first_ + 1;
+  first_ = leaf_key(lo);
+  count_ = leaf_key(hi) - first_ + 1;
   block_.reserve(static_cast<std::size_t>(count_.x) * count_.y * count_.z);
   glm::ivec3 key;
   for (key.x = 0; key.x < count_.x; ++key.x)
@@ -39,7 +41,7 @@ NaturalSurface::NaturalSurface(const TissueVolume& volume) : frame_(volume.frame
 }
 
 bool NaturalSurface::solid(const glm::ivec3& voxel) const {
-  const glm::ivec3 block = (voxel >> 3) - first_, in = voxel & 7;
+  const glm::ivec3 block = leaf_key(voxel) - first_, in = voxel & 7;
   if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return false;
   const std::int32_t found = block_[index_of(block, count_)];
   if (found < 0) return found == kFull;
@@ -47,11 +49,22 @@ bool NaturalSurface::solid(const glm::ivec3& voxel) const {
 }
 
 double NaturalSurface::inside(const glm::dvec3& p_W) const {
-  const glm::dvec3 at = frame_.to_voxels(p_W), low = glm::floor(at), part = at - low;
+  const glm::dvec3 at = frame_.to_voxels(p_W);
+  glm::ivec3 voxel(at);  // the conversion rounds towards zero, so negative coordinates are corrected
+  for (int a = 0; a < 3; ++a) voxel[a] -= at[a] < voxel[a];
+  const glm::ivec3 in = voxel & 7;
+  if (in.x < 7 && in.y < 7 && in.z < 7) {
+    // Usually all eight samples lie in the same block, and most blocks have only solid or only empty samples.
+    const glm::ivec3 block = leaf_key(voxel) - first_;
+    if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return 0;
+    const std::int32_t found = block_[index_of(block, count_)];
+    if (found < 0) return found == kFull ? 1 : 0;
+  }
+  const glm::dvec3 low(voxel), part = at - low;
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
-    if (!solid(glm::ivec3(low) + step)) continue;
+    if (!solid(voxel + step)) continue;
     const glm::dvec3 weight = glm::mix(1.0 - part, part, glm::dvec3(step));
     sum += weight.x * weight.y * weight.z;
   }

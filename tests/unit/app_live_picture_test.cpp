@@ -128,8 +128,12 @@ TEST(LabelBlocks, HaveTheLabelsOfTheVolumeAndCanBeReleased) {
             ASSERT_EQ(labels.at(low + glm::ivec3(x, y, z) - labels.origin()), all[i]) << x << " " << y << " " << z;
             some = some || all[i] != Tissue::kAir;
           }
-      EXPECT_TRUE(!some || labels.only() == Tissue::kDentin);
-      one += labels.only() == Tissue::kDentin;
+      EXPECT_TRUE(!some || labels.one_tissue());
+      one += labels.one_tissue();
+      const unsigned air = LabelBlocks::set_of(Tissue::kAir), dentin = LabelBlocks::set_of(Tissue::kDentin);
+      const glm::ivec3 first = low - labels.origin(), last = high - labels.origin();
+      EXPECT_FALSE(labels.may_contain_others(first, last, air | dentin));
+      EXPECT_TRUE(!some || labels.may_contain_others(first, last, air));
     }
     EXPECT_EQ(one, 2);
   }

@@ -1,6 +1,6 @@
 #include "engine/app/picture/label_blocks.h"
 
-#include <algorithm>
+#include <cstring>
 
 namespace typodont {
 
@@ -17,14 +17,22 @@ const LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume
   Block& fresh = *blocks_[used_++];
   volume.copy(kSide * key, glm::ivec3(kSide), nullptr, fresh.labels.data());
   drawn_as_.apply(fresh.labels);
-  std::uint8_t some = 0;
-  for (const Tissue t : fresh.labels) some = std::max(some, static_cast<std::uint8_t>(t));
-  fresh.only = static_cast<Tissue>(some);
-  fresh.empty = fresh.only == Tissue::kAir;
-  std::uint8_t differs = 0;
-  for (const Tissue t : fresh.labels)
-    differs = static_cast<std::uint8_t>(differs | ((t != fresh.only) & (t != Tissue::kAir)));
-  if (differs) fresh.only = Tissue::kAir;
+  for (int cube = 0; cube < 8; ++cube) {
+    const Tissue* first = &fresh.labels[static_cast<std::size_t>(
+        kCube * ((cube >> 2) * kSide * kSide + (cube >> 1 & 1) * kSide + (cube & 1)))];
+    unsigned tissues = 0;
+    std::uint64_t last = ~std::uint64_t{0};  // no row of labels is equal to this
+    for (int row = 0; row < kCube * kCube; ++row) {
+      const Tissue* labels = first + (row / kCube) * kSide * kSide + row % kCube * kSide;
+      std::uint64_t eight;  // usually a row of eight labels is equal to the row before
+      static_assert(sizeof eight == kCube * sizeof(Tissue));
+      std::memcpy(&eight, labels, sizeof eight);
+      if (eight == last) continue;
+      last = eight;
+      for (int z = 0; z < kCube; ++z) tissues |= set_of(labels[z]);
+    }
+    fresh.cubes[static_cast<std::size_t>(cube)] = static_cast<Tissues>(tissues);
+  }
   found = &fresh;
   return fresh;
 }
@@ -35,19 +43,23 @@ void LabelBlocks::look_at(const haptics::TissueVolume& volume, const glm::ivec3&
   origin_ = kSide * first;
   count_ = last - first + 1;
   around_.clear();
-  only_ = Tissue::kAir;
-  bool several = false;
+  cubes_.resize(8 * static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) *
+                static_cast<std::size_t>(count_.z));
+  unsigned all = 0;
   glm::ivec3 key;
   for (key.x = first.x; key.x <= last.x; ++key.x)
     for (key.y = first.y; key.y <= last.y; ++key.y)
       for (key.z = first.z; key.z <= last.z; ++key.z) {
         const Block& b = block(volume, key);
         around_.push_back(&b.labels);
-        if (b.empty) continue;
-        several = several || b.only == Tissue::kAir || (only_ != Tissue::kAir && b.only != only_);
-        only_ = b.only;
+        for (int cube = 0; cube < 8; ++cube) {
+          const Tissues tissues = b.cubes[static_cast<std::size_t>(cube)];
+          const glm::ivec3 at = 2 * (key - first) + glm::ivec3(cube >> 2, cube >> 1 & 1, cube & 1);
+          cubes_[static_cast<std::size_t>((at.x * 2 * count_.y + at.y) * 2 * count_.z + at.z)] = tissues;
+          all |= tissues;
+        }
       }
-  if (several) only_ = Tissue::kAir;
+  all_ = static_cast<Tissues>(all);
 }
 
 }  // namespace typodont

@@ -1,8 +1,9 @@
-// Tissue labels near the surface, in blocks. Each block is read from the volume only once, and stores whether it
-// contains more than one tissue. For the thread that owns the tissue.
+// Tissue labels near the surface, in blocks. Each block is read from the volume only once, and stores which tissues it
+// contains. For the thread that owns the tissue.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
@@ -28,16 +29,31 @@ class LabelBlocks {
     return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
         in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// If the loaded blocks contain only one tissue besides air, returns this tissue; otherwise returns air.
-  Tissue only() const { return only_; }
+  /// A set of tissues: bit t is set if tissue t belongs to the set.
+  using Tissues = std::uint16_t;
+  static_assert(kTissueCount <= 16);
+  static constexpr Tissues set_of(Tissue tissue) { return static_cast<Tissues>(1u << static_cast<int>(tissue)); }
+  /// Returns true if the loaded blocks contain exactly one tissue besides air.
+  bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
+  /// Returns true if a voxel from `low` to `high` (coordinates as for at()), or near this box, has another label than
+  /// those of `expected`. False: no voxel in the box has another label.
+  bool may_contain_others(const glm::ivec3& low, const glm::ivec3& high, unsigned expected) const {
+    const glm::ivec3 first = low >> kCubeShift, last = high >> kCubeShift;
+    unsigned found = 0;
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z)
+          found |= cubes_[static_cast<std::size_t>((x * 2 * count_.y + y) * 2 * count_.z + z)];
+    return (found & ~expected) != 0;
+  }
 
  private:
   static constexpr int kShift = 4, kSide = 1 << kShift, kMask = kSide - 1;
+  static constexpr int kCubeShift = kShift - 1, kCube = 1 << kCubeShift;  // a block consists of 2³ cubes
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    Tissue only;  // If the voxels of this block contain only one tissue besides air, this tissue; otherwise air.
-    bool empty;   // true: the block contains only air
+    std::array<Tissues, 8> cubes;  // the tissues in each cube of the block; z runs fastest
   };
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
@@ -48,8 +64,9 @@ class LabelBlocks {
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
   std::vector<const Labels*> around_;
+  std::vector<Tissues> cubes_;  // the tissues in each cube of the loaded blocks
+  Tissues all_ = 0;             // the tissues in all loaded blocks
   glm::ivec3 origin_{0}, count_{0};
-  Tissue only_ = Tissue::kAir;
 };
 
 }  // namespace typodont

@@ -1,7 +1,8 @@
-// Stores which samples of the volume now lie in tissue, in blocks. Each block is read only once, when it is needed. For
-// the thread that owns the tissue.
+// Stores which samples of the volume now lie in tissue, in blocks of 8³ samples. Each block is read only once, when it
+// is needed. For the thread that owns the tissue.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <unordered_map>
 
@@ -12,27 +13,39 @@ namespace typodont {
 
 class SolidBlocks {
  public:
+  /// Indices of a voxel in a vector register: x, y, z, and a fourth lane without meaning.
+  using Voxel = int __attribute__((vector_size(16)));
+
   /// Discards all blocks, because the volume may have changed.
   void forget() {
     blocks_.clear();
-    last_ = nullptr;
+    recent_.fill({});
   }
   /// Returns true if the sample lies in tissue. All calls after forget() must have the same `volume`.
-  bool solid(const haptics::TissueVolume& volume, const glm::ivec3& voxel) {
-    const glm::ivec3 key = voxel >> 3, in = voxel & 7;
-    if (!last_ || key != last_key_) {
-      const auto [found, fresh] = blocks_.try_emplace(brick_number(key));
-      if (fresh) volume.solid_block(key, found->second);
-      last_ = &found->second;
-      last_key_ = key;
+  bool solid(const haptics::TissueVolume& volume, const Voxel& voxel) {
+    const Voxel key = voxel >> 3, in = voxel & 7, place = key & (kWindow - 1);
+    Recent& recent = recent_[static_cast<std::size_t>((place[0] * kWindow + place[1]) * kWindow + place[2])];
+    const Voxel differs = recent.key != key;
+    if (!recent.bits || (differs[0] | differs[1] | differs[2]) != 0) {
+      const glm::ivec3 block(key[0], key[1], key[2]);
+      const auto [found, fresh] = blocks_.try_emplace(brick_number(block));
+      if (fresh) volume.solid_block(block, found->second);
+      recent = {key, &found->second};
     }
-    return (*last_)[static_cast<std::size_t>(in.x)] >> (8 * in.y + in.z) & 1;
+    return (*recent.bits)[static_cast<std::size_t>(in[0])] >> (8 * in[1] + in[2]) & 1;
   }
 
  private:
+  // Blocks along each axis. The samples around one brick (mesh block) lie in fewer blocks, so that each of these blocks
+  // has its own place in `recent_`.
+  static constexpr int kWindow = 8;
+  struct Recent {
+    Voxel key = {};
+    const haptics::SolidBits* bits = nullptr;
+  };
+
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  const haptics::SolidBits* last_ = nullptr;  // the block that the last call used
-  glm::ivec3 last_key_{0};
+  std::array<Recent, kWindow * kWindow * kWindow> recent_{};  // the last block that was used at each place
 };
 
 }  // namespace typodont

@@ -1,7 +1,9 @@
 #include "engine/app/picture/tissue_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "haptics/natural_surface.h"
@@ -92,6 +94,20 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
+/// Three coordinates in a vector register, with a fourth lane without meaning.
+using Four = float __attribute__((vector_size(16)));
+
+Four lanes_of(const glm::vec3& p) {
+  return Four{p.x, p.y, p.z, 0};
+}
+
+/// Returns the voxel that contains a point, i.e. rounds down each coordinate. The conversion to integers rounds towards
+/// zero, so negative coordinates are corrected.
+SolidBlocks::Voxel voxel_with(const Four& p) {
+  const SolidBlocks::Voxel voxel = __builtin_convertvector(p, SolidBlocks::Voxel);
+  return voxel + (p < __builtin_convertvector(voxel, Four));  // each lane of a true comparison is −1
+}
+
 bool translucent(Tissue tissue) {
   return tissue == Tissue::kEnamel || tissue == Tissue::kDentin;
 }
@@ -114,8 +130,9 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
-    const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
-    const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
+    const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, voxel_with(lanes_of(place))); };
+    const Four from = lanes_of(start), normal = lanes_of(v.n);
+    const auto leaves_at = [&](float way) { return !solid_.solid(volume, voxel_with(from - way * normal)); };
     // At the edge of a thick body, the line of test points can leave the body through its side. This is no gap. A gap
     // counts only if the four test points around the line are also empty.
     const auto all_empty_at = [&](float way) {
@@ -147,10 +164,11 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
   // Finds the box of voxels whose tissue labels are needed: the voxels below the vertices, and a few around them.
-  // `reach_of` returns the depth (voxels) below a vertex down to which labels are needed.
-  const auto reach_of = [&](const render::Vertex& v) {
-    return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
-  };
+  std::array<float, kTissueCount> reach_below;  // voxels, depth below a vertex down to which labels are needed
+  for (int t = 0; t < kTissueCount; ++t)
+    reach_below[static_cast<std::size_t>(t)] = static_cast<float>(
+        std::min(translucency_depth(static_cast<Tissue>(t)) / voxel, static_cast<double>(kSearchDepth)));
+  const auto reach_of = [&](const render::Vertex& v) { return reach_below[static_cast<std::size_t>(own(v))]; };
   glm::vec3 low(update.vertices.front().p), high(low);
   for (const render::Vertex& v : update.vertices) {
     const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
@@ -160,7 +178,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
   // If there is only one tissue, no other tissue is visible through the surface, and there is no boundary between
   // tissues to draw.
-  if (labels_.only() != Tissue::kAir) return;
+  if (labels_.one_tissue()) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
@@ -201,6 +219,10 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
     }
+    const glm::ivec3 top(start), bottom(start + reach * inward);
+    if (!labels_.may_contain_others(glm::min(top, bottom), glm::max(top, bottom),
+                                    LabelBlocks::set_of(outside) | LabelBlocks::set_of(Tissue::kAir)))
+      continue;
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
       // Between the last two points of the search, a deeper tissue begins. Finds the depth of this boundary by
@@ -252,7 +274,9 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   std::vector<render::MeshUpdate> updates;
   labels_.forget();
   solid_.forget();
-  for (const glm::ivec3& key : mesher_.remesh()) {
+  const std::span<const glm::ivec3> meshed = mesher_.remesh();
+  updates.reserve(meshed.size());
+  for (const glm::ivec3& key : meshed) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
     find_tissue_below(volume, updates.back());
   }
