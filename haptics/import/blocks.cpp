@@ -1,5 +1,7 @@
 #include "haptics/import/blocks.h"
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <array>
 #include <cmath>
 #include <limits>
@@ -144,12 +146,17 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   }
 }
 
+struct SmoothScratch {
+  std::vector<float> first, second;
+};
+
 template <class From>
 void smooth_blocks(const From& g, double sigma, Sparse<float>& out) {
   const Kernel kernel(sigma);
+  tbb::enumerable_thread_specific<SmoothScratch> scratch;
   tbb::parallel_for(std::size_t{0}, out.set->first.size(), [&](std::size_t k) {
-    thread_local std::vector<float> a, b;
-    smooth_block(g, out.set->first[k], kernel, a, b, &out.v[k * BlockSet::kSamples]);
+    auto& [first, second] = scratch.local();
+    smooth_block(g, out.set->first[k], kernel, first, second, &out.v[k * BlockSet::kSamples]);
   });
 }
 
@@ -165,10 +172,11 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
     }
   }
   Sparse<float> out = g;
+  tbb::enumerable_thread_specific<std::vector<float>> boxes;
   tbb::parallel_for(std::size_t{0}, g.set->first.size(), [&](std::size_t k) {
     const std::uint8_t* want = &wanted.v[k * BlockSet::kSamples];
     if (std::none_of(want, want + BlockSet::kSamples, [](std::uint8_t w) { return w != 0; })) return;
-    thread_local std::vector<float> box;
+    std::vector<float>& box = boxes.local();
     box.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
     gather(g, g.set->first[k] - r, n, box.data());
     for (std::size_t i = 0; i < BlockSet::kSamples; ++i) {
@@ -580,8 +588,9 @@ std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float
   const Kernel kernel(sigma);
   Grid<char> places;
   places.size = count;
+  tbb::enumerable_thread_specific<SmoothScratch> scratch;
   tbb::parallel_for(std::size_t{0}, above.size(), [&](std::size_t b) {
-    thread_local std::vector<float> first, second;
+    auto& [first, second] = scratch.local();
     float smooth[BlockSet::kSamples];
     const glm::ivec3 lo = kEdge * places.place(b), n = glm::min(g.size - lo, glm::ivec3(kEdge));
     smooth_block(g, lo, kernel, first, second, smooth);
@@ -625,10 +634,14 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
   const auto row = static_cast<std::size_t>(n), plane = row * row, r = static_cast<std::size_t>(reach);
+  struct Scratch {
+    std::vector<std::uint8_t> of_box;
+    std::vector<Along> along_x;
+    std::vector<Squared> of_first, of_second;
+  };
+  tbb::enumerable_thread_specific<Scratch> scratch;
   tbb::parallel_for(std::size_t{0}, mask.set->first.size(), [&](std::size_t k) {
-    thread_local std::vector<std::uint8_t> of_box;
-    thread_local std::vector<Along> along_x;
-    thread_local std::vector<Squared> of_first, of_second;
+    auto& [of_box, along_x, of_first, of_second] = scratch.local();
     of_box.resize(plane * row);
     std::uint8_t* box = of_box.data();
     gather(mask, mask.set->first[k] - reach, n, box);

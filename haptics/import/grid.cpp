@@ -1,5 +1,6 @@
 #include "haptics/import/grid.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -43,8 +44,9 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
                                            : 1;
     const int outer = axis == 0 ? g.size.y : g.size.x;
     const int inner = axis == 2 ? g.size.y : g.size.z;
+    tbb::enumerable_thread_specific<std::vector<float>> scratch;
     for_each_slab(outer, [&](int a) {
-      thread_local std::vector<float> lines;
+      std::vector<float>& lines = scratch.local();
       for (int b = 0; b < inner; b += axis == 2 ? 1 : kWide) {
         const auto wide = static_cast<std::size_t>(axis == 2 ? 1 : std::min(kWide, inner - b));
         lines.resize(static_cast<std::size_t>(n + 2 * r) * wide);

@@ -1,6 +1,7 @@
 #include "haptics/import/import_scan.h"
 
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <array>
@@ -84,8 +85,12 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   }
   Grid<float> out(size);
   const auto rows = static_cast<std::size_t>(box.size.y), length = static_cast<std::size_t>(box.size.z);
+  struct Scratch {
+    std::vector<double> plane, row;
+  };
+  tbb::enumerable_thread_specific<Scratch> scratch;
   for_each_slab(size.x, [&](int x) {
-    thread_local std::vector<double> plane, row;
+    auto& [plane, row] = scratch.local();
     plane.resize(rows * length);
     row.resize(length);
     const Taps& of_x = taps[0][static_cast<std::size_t>(x)];

@@ -53,8 +53,8 @@ typodont_result typodont_register(const double* p_H, const double* p_D, size_t c
       for (const std::size_t i : result.inliers) inlier[i] = 1;
     }
     if (!result.trusted()) {
-      fail(TYPODONT_OK, result.degeneracy.reason.empty() ? "the pairs agree on more than one motion"
-                                                         : result.degeneracy.reason.c_str());
+      fail_with_copy(TYPODONT_OK, result.degeneracy.reason.empty() ? "the pairs agree on more than one motion"
+                                                                   : result.degeneracy.reason.c_str());
     }
   });
 }
@@ -71,6 +71,6 @@ typodont_result typodont_estimate_delay(const double* t_a, const double* p_a, si
     out->ambiguous = result.ambiguous;
     out->delay = result.delay;
     out->sigma = result.sigma;
-    if (result.ambiguous) fail(TYPODONT_OK, result.reason.c_str());
+    if (result.ambiguous) fail_with_copy(TYPODONT_OK, result.reason.c_str());
   });
 }

@@ -1,7 +1,6 @@
 #include "engine/bindings/c/call.h"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 
 #include "haptics/contact_method.h"
@@ -10,15 +9,25 @@ namespace typodont::bindings {
 
 namespace {
 
-thread_local std::array<char, 1024> t_error{};
+// A host may load the library late, and then all its thread-local variables together must fit in the reserve that the
+// C library has for this. So the longer text is on the heap.
+constinit thread_local const char* t_error = "";
+thread_local std::string t_copy;  // t_error may point to it
 
 }  // namespace
 
-typodont_result fail(typodont_result result, const char* text) noexcept {
-  const std::size_t size = std::min(std::strlen(text), t_error.size() - 1);
-  std::memcpy(t_error.data(), text, size);
-  t_error[size] = '\0';
+typodont_result fail(typodont_result result, const char* literal) noexcept {
+  t_error = literal;
   return result;
+}
+
+typodont_result fail_with_copy(typodont_result result, const char* text) noexcept {
+  try {
+    t_copy = text;
+  } catch (const std::bad_alloc&) {
+    return fail(result, "not enough memory for the text of the error");
+  }
+  return fail(result, t_copy.c_str());
 }
 
 typodont_result fail_by_exception() noexcept {
@@ -27,9 +36,9 @@ typodont_result fail_by_exception() noexcept {
   } catch (const std::bad_alloc&) {
     return fail(TYPODONT_NO_MEMORY, "not enough memory, or more than 4096 handles");
   } catch (const Error& e) {
-    return fail(TYPODONT_BAD_INPUT, e.what());
+    return fail_with_copy(TYPODONT_BAD_INPUT, e.what());
   } catch (const std::exception& e) {
-    return fail(TYPODONT_FAILED, e.what());
+    return fail_with_copy(TYPODONT_FAILED, e.what());
   } catch (...) {
     return fail(TYPODONT_FAILED, "an unknown error");
   }
@@ -90,7 +99,7 @@ const char* typodont_version(void) {
 }
 
 const char* typodont_error(void) {
-  return bindings::t_error.data();
+  return bindings::t_error;
 }
 
 const char* typodont_tissue_name(uint32_t tissue) {

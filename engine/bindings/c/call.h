@@ -36,9 +36,12 @@ template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static c
 template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
 // clang-format on
 
-/// Stores a text that typodont_error() then returns, and returns `result`. The text is copied without allocation.
-typodont_result fail(typodont_result result, const char* text) noexcept;
-/// For use in a catch block: does the same as fail(), with the text of the caught exception and the result code for it.
+/// Stores a text that typodont_error() then returns, and returns `result`. The text must exist until the program ends,
+/// because only its address is stored. Real-time safe.
+typodont_result fail(typodont_result result, const char* literal) noexcept;
+/// Does the same with a copy of the text. Allocates.
+typodont_result fail_with_copy(typodont_result result, const char* text) noexcept;
+/// For use in a catch block: stores the text of the caught exception and returns the result code for it. Allocates.
 typodont_result fail_by_exception() noexcept;
 
 /// Calls `body` and converts its exceptions to result codes. `body` returns a result code or nothing.

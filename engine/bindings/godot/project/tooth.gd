@@ -3,12 +3,20 @@ extends Spatial
 
 const BALL = '{"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300}'
 
-var tooth = load("res://typodont.gdns").new()
+var tooth
 var bricks = {}
 var ticks = 0
 var material = SpatialMaterial.new()
 
 func _ready():
+	var plugin = load("res://typodont.gdns")
+	if not plugin.can_instance():
+		# Otherwise each frame would end in a script error, and the program would never end.
+		set_process(false)
+		printerr("libtypodont_godot.so, or libtypodont.so that it needs, was not loaded")
+		get_tree().quit(1)
+		return
+	tooth = plugin.new()
 	material.albedo_color = Color(0.93, 0.9, 0.8)
 	material.roughness = 0.6
 	$Camera.look_at_from_position(Vector3(1.5, -3, 6.5), Vector3(0, 0, 1), Vector3(0, 1, 0))
