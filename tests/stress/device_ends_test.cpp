@@ -1,13 +1,13 @@
 // Tests processes that press with an arm and then end. A thousand of them are killed, and a thousand end in each other
 // way (a few of each in normal test runs, all in ./run stress). The end comes at a random moment while there is a
-// force. The arms are emulated boards on pseudo-terminals whose firmware never switches the motors off. So only the
-// process itself or its watchdog can end the force.
+// force. The arms are emulated boards whose firmware never switches the motors off. So only the process itself or its
+// watchdog can end the force. The boards are connected by sockets. Pseudo-terminals pass their data on by a kernel
+// thread of ordinary priority, which a busy machine delays by milliseconds, and the process would lose its arm.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <pty.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -120,14 +120,17 @@ class Witness {
   std::vector<Core> cores_;
 };
 
-/// A link without the data that a watchdog process needs. So no watchdog process guards this arm.
-class Unkept : public Link {
+/// The connection to an arm's board. `kept`: the link gives the watchdog process its descriptor. Otherwise no watchdog
+/// process guards this arm.
+class BoardLink : public Link {
  public:
-  explicit Unkept(std::unique_ptr<Link> link) : link_(std::move(link)) {}
+  BoardLink(Descriptor fd, bool kept) : fd_(kept ? fd.get() : -1), link_(link_over(std::move(fd))) {}
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override { return link_->read(buffer, timeout); }
   bool write(std::span<const std::uint8_t> bytes) noexcept override { return link_->write(bytes); }
+  int descriptor() const noexcept override { return fd_; }
 
  private:
+  int fd_;
   std::unique_ptr<Link> link_;
 };
 
@@ -196,6 +199,9 @@ constexpr std::array kOtherWays{Way{"exit"},
     ::_exit(98);
   }
   std::thread([] {
+    // The priority of the program's servo. Without it, this thread waits for other programs on a busy machine, so that
+    // the watchdog takes the force away before the end that is tested.
+    enter_realtime({.priority = 80, .core = -1, .lock_memory = false});
     HandSample sample;
     for (int armed = 0; hand->read(sample);) {
       hand->write(hand->armed() ? dvec3(0, 0, 3) : dvec3(0), dvec3(0));
@@ -232,16 +238,16 @@ constexpr std::array kOtherWays{Way{"exit"},
   for (;;) ::sleep(10);
 }
 
-std::unique_ptr<HapticDevice> open_arm(const std::string& port, const Arm& arm, bool kept) {
-  std::unique_ptr<Link> link = open_serial(port);
-  if (!kept) link = std::make_unique<Unkept>(std::move(link));
-  const ArmHello hello = greet_arm(*link, true, port);
-  return make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:" + port, arm.name, ""});
+/// `line`: this end of the connection to the arm's board.
+std::unique_ptr<HapticDevice> open_arm(int line, const Arm& arm, bool kept) {
+  auto link = std::make_unique<BoardLink>(Descriptor(::dup(line)), kept);
+  const ArmHello hello = greet_arm(*link, true, "emulated");
+  return make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:emulated", arm.name, ""});
 }
 
-/// An arm's board at the other end of a pseudo-terminal, and the process that presses with this arm.
+/// An arm's board at the other end of a connection, and the process that presses with this arm.
 struct Victim {
-  Descriptor board, line;  // the line is kept open here, so that it is not hung up
+  Descriptor board, line;  // the line is kept open here, so that the connection does not end with the process
   pid_t pid = -1;
   Nanos begun = 0;
   Way way;
@@ -289,17 +295,14 @@ class Ends : public testing::Test {
     v = {};
     v.ends_at = shared;
     *v.ends_at = 0;
-    int board, line;
-    char name[128];
-    termios raw{};
-    ::cfmakeraw(&raw);
-    ASSERT_EQ(::openpty(&board, &line, name, &raw, nullptr), 0);
-    v.board = Descriptor(board), v.line = Descriptor(line);
+    int ends[2];
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    v.board = Descriptor(ends[0]), v.line = Descriptor(ends[1]);
     v.begun = now();
     v.way = way;
     const auto seed = static_cast<unsigned>(random());
     v.pid = ::fork();
-    if (v.pid == 0) press([&] { return open_arm(name, arm, way.kept); }, way, seed, *v.ends_at);
+    if (v.pid == 0) press([&] { return open_arm(ends[1], arm, way.kept); }, way, seed, *v.ends_at);
   }
   static std::atomic<Nanos>* new_shared() {
     void* memory =
