@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "engine/base/json.h"
 #include "engine/session/session_file.h"
 #include "tests/support/program.h"
@@ -170,22 +172,33 @@ TEST_F(HeadsetRun, ASceneWithSoftGumRuns) {
 }
 
 TEST_F(HeadsetRun, AButtonSelectsTheNextTool) {
-  program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010"],
+  program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010", "round_014"],
     "tissue": {"voxel_mm": 0.2, "band_mm": 1.0,
                "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
     "parts": ["haptics", "render", "record"]})");
+  // On a busy machine, the session may begin late, or a frame may take so long that the runtime skips a press. So the
+  // button is pressed several times, and the first press that arrives counts.
   xr.script(R"("view_size": [96, 64], "paced": true, "period_ms": 25,
     "profile": "/interaction_profiles/oculus/touch_controller",
-    "hands": {"right": [{"frame": 0, "p": [0, 1.36, -0.35]}, {"frame": 160, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
-                        {"frame": 180, "p": [0, 1.36, -0.35]}]},
-    "events": [{"frame": 220, "event": "exit"}])");
+    "hands": {"right": [{"frame": 0, "p": [0, 1.36, -0.35]},
+                        {"frame": 60, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 100, "p": [0, 1.36, -0.35]},
+                        {"frame": 160, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 200, "p": [0, 1.36, -0.35]},
+                        {"frame": 260, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 300, "p": [0, 1.36, -0.35]},
+                        {"frame": 360, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 400, "p": [0, 1.36, -0.35]}]},
+    "events": [{"frame": 420, "event": "exit"}])");
   const std::string file = program / "session.h5";
   const Ran ran = run("--record " + file);
   ASSERT_EQ(ran.status, 0) << ran.err;
   const auto ticks = session::SessionReader(file).ticks();
   ASSERT_FALSE(ticks.empty());
   EXPECT_EQ(ticks.front().tool, 0u);
-  EXPECT_EQ(ticks.back().tool, 1u);
+  const auto changed = std::ranges::find_if(ticks, [](const auto& tick) { return tick.tool != 0; });
+  ASSERT_NE(changed, ticks.end());
+  EXPECT_EQ(changed->tool, 1u);
 }
 
 TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
