@@ -40,25 +40,20 @@ function(typodont_library name)
 endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
-# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: used if the
-# preset's timeout is too short, independently of the length of a campaign. [LIVE] or [WINDOW]: the tests need real time,
-# or a window on a display; they also get the label `live` and have a second try. One LIVE test and one WINDOW test run
-# at a time. [MEASURED pattern]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
+# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [LIVE] or [WINDOW]: the tests need real time,
+# or a window on a display; they also get the label `live` and have a second try. One LIVE test runs at a time, and one
+# test of each WINDOW program, because each of them starts its own display. [MEASURED pattern]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
 # suite share an expensive set-up, so they run in one process and become one ctest named KIND.Suite.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS;TOGETHER" ${ARGN})
-  set(timeout)
-  if(ARG_TIMEOUT)
-    set(timeout TIMEOUT ${ARG_TIMEOUT})
-  endif()
+  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER" ${ARGN})
   set(alone)
   if(ARG_KIND STREQUAL "bench")
     set(alone RUN_SERIAL TRUE)
   elseif(ARG_LIVE)
     set(alone RESOURCE_LOCK live)
   elseif(ARG_WINDOW)
-    set(alone RESOURCE_LOCK window)
+    set(alone RESOURCE_LOCK window_${name})
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
@@ -71,7 +66,7 @@ function(typodont_test name)
   foreach(suite ${ARG_TOGETHER})
     list(APPEND elsewhere ${suite}.*)
     add_test(NAME ${ARG_KIND}.${suite} COMMAND ${name} --gtest_filter=${suite}.* WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${ARG_KIND}.${suite} PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
+    set_tests_properties(${ARG_KIND}.${suite} PROPERTIES LABELS ${ARG_KIND} ${alone})
   endforeach()
   set(filter)
   if(elsewhere)
@@ -81,11 +76,11 @@ function(typodont_test name)
   if(ARG_MEASURED)
     gtest_discover_tests(${name} TEST_PREFIX bench. TEST_FILTER ${ARG_MEASURED} TEST_LIST ${name}_measured
                          DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                         PROPERTIES LABELS bench ${timeout} RUN_SERIAL TRUE)
+                         PROPERTIES LABELS bench RUN_SERIAL TRUE)
   endif()
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                       PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
+                       PROPERTIES LABELS ${ARG_KIND} ${alone})
   if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests takes one label only
     set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
     # These tests run one after the other, so they start first (ctest starts with the highest cost).

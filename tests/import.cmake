@@ -3,7 +3,7 @@ if(TARGET typodont_gdcm)
   typodont_test(unit_dicom KIND unit SOURCES unit/import_dicom_test.cpp LIBS typodont_import typodont_gdcm ZLIB::ZLIB)
 endif()
 typodont_test(property_import KIND property SOURCES property/import_phantom_test.cpp property/import_jaw_test.cpp property/import_blocks_test.cpp LIBS typodont_import
-              TOGETHER ImportUsualJaw TIMEOUT 900)
+              TOGETHER ImportUsualJaw)
 typodont_test(property_fuse KIND property SOURCES property/import_fuse_test.cpp LIBS typodont_import typodont_calibration TOGETHER ImportFuse)
 typodont_test(bench_import_jaw KIND bench SOURCES bench/import_jaw_bench.cpp LIBS typodont_import)
 typodont_test(stress_import KIND stress SOURCES stress/import_garbage_test.cpp LIBS typodont_import ZLIB::ZLIB)
