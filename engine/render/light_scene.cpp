@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <thread>
 
+#include "engine/base/cache.h"
+#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/render/shared.h"
 #include "engine/render/srgb.h"
@@ -34,6 +38,8 @@ constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
+constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
+constexpr const char* kSuffix = ".rays";
 
 /// Returns directions that are distributed evenly over the sphere (Fibonacci's spiral).
 std::array<glm::vec3, kRays> sphere_directions() {
@@ -315,7 +321,54 @@ struct LightScene::Impl {
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
     find_samples();
+    const std::filesystem::path in = cache::folder().empty() ? std::filesystem::path() : cache::folder() / "light";
+    const std::uint64_t key = in.empty() ? 0 : key_of(box);
+    if (!in.empty() && read(cache::find(in, key, kSuffix))) return;
     cast_rays();
+    if (!in.empty()) cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
+  }
+
+  /// Computes the key of the rays in the cache.
+  std::uint64_t key_of(const BoxInWorld& box) const {
+    Fnv1a key;
+    cache::add_program(key);
+    for (const LitTriangle& t : triangles) key.bytes(t.corners.data(), sizeof t.corners);
+    for (int axis = 0; axis < 3; ++axis) key.add(box.lo[axis]), key.add(box.hi[axis]);
+    key.add(empty.spacing);
+    return key.value;
+  }
+  /// Calls use(address, size in bytes) for the memory of each value that cast_rays() computes.
+  template <class Use>
+  bool each_part(Use&& use) {
+    for (Sample& sample : samples)
+      if (!use(&sample.p, sizeof sample.p) || !use(&sample.valid, sizeof sample.valid)) return false;
+    return use(met.data(), met.size() * sizeof met[0]) && use(used.data(), used.size() * sizeof used[0]);
+  }
+  /// Writes the result of cast_rays(). Throws Error.
+  void write(const std::filesystem::path& file) {
+    std::ofstream out(file, std::ios::binary);
+    const std::size_t count = used.size();
+    const auto put = [&](const auto* data, std::size_t bytes) {
+      return static_cast<bool>(out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(bytes)));
+    };
+    if (!put(&count, sizeof count) || !each_part(put) || !out.flush())
+      throw Error(file.string(), "", "not written", "a writable place");
+  }
+  /// Reads the result of cast_rays(). Returns false if there is no file. The cache has checked the file's content.
+  bool read(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    const auto get = [&](auto* data, std::size_t bytes) {
+      return static_cast<bool>(in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(bytes)));
+    };
+    std::size_t count = 0;
+    if (file.empty() || !get(&count, sizeof count) || count > triangles.size()) return false;
+    const std::vector<Sample> unread = samples;
+    met.resize(samples.size() * kRays);
+    used.resize(count);
+    if (each_part(get)) return true;
+    samples = unread;
+    used.clear();
+    return false;
   }
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }

@@ -42,8 +42,8 @@ LightSources sources_of(const Lights& lights);
 
 class LightScene {
  public:
-  /// Casts rays from those samples of a grid that lie near a triangle. `box`: m, frame W, bounds of the grid;
-  /// `spacing`: m. Uses several threads; equal arguments give equal results.
+  /// Casts rays from those samples of a grid that lie near a triangle, or reads their hits from the cache. `box`: m,
+  /// frame W, bounds of the grid; `spacing`: m. Uses several threads; equal arguments give equal results.
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing);
   ~LightScene();
   LightScene(LightScene&&) noexcept;

@@ -1,6 +1,7 @@
 // Tests the caches that are kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h,
-// engine/app/tissue/sampled_tissue.h). They change only the time that a start takes. A cache entry is computed again if
-// it is damaged, if it is of another version, or if there is no folder for it.
+// engine/app/tissue/sampled_tissue.h, engine/app/surroundings, engine/render/light_scene.h). They change only the time
+// that a start takes. A cache entry is computed again if it is damaged, if it is of another version, or if there is no
+// folder for it.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -126,6 +127,38 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
   program.write("wedge.obj", lower.replace(lower.find("4 4 6"), 5, "4 4 5"));
   EXPECT_NE(ticks(cache), none);
   EXPECT_EQ(files_in(cache).size(), 2u);
+}
+
+TEST_F(Kept, ADamagedCacheOfTheMouthIsReplacedAndThePictureIsUnchanged) {
+  const auto picture = [&](const std::string& where) {
+    const Ran ran = run(fmt::format("render crown-preparation --rig closeup --eye left --quality fast --size 160x128 "
+                                    "--out {}",
+                                    program / "pictures"),
+                        where);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return read_text(program / "pictures/left.png");
+  };
+  const auto kept = [&] {
+    Files all = files_in(fs::path(cache) / "surroundings");
+    all.merge(files_in(fs::path(cache) / "light"));
+    return all;
+  };
+  const std::string none = picture("/proc/self");  // without a folder nothing is kept
+  ASSERT_FALSE(none.empty());
+  EXPECT_EQ(picture(cache), none);
+  const Files first = kept();
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(picture(cache), none);
+  EXPECT_EQ(kept(), first) << "a warm start makes nothing anew";
+  Files damaged;
+  for (const char* part : {"surroundings", "light"})
+    for (const auto& [name, content] : files_in(fs::path(cache) / part))
+      put(fs::path(cache) / part / name, damaged[part] = kDamages[3].of(content));
+  EXPECT_EQ(picture(cache), none);
+  const Files again = kept();
+  EXPECT_EQ(again.size(), 2u);
+  for (const auto& [name, content] : again)
+    for (const auto& [part, bad] : damaged) EXPECT_NE(content, bad) << part;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,9 @@
 
 namespace typodont::test {
 namespace {
+
+// These tests cast the rays themselves: no file can be created in this folder.
+[[maybe_unused]] const int g_no_cache = setenv("TYPODONT_CACHE", "/proc/self", 1);
 
 using render::LightScene;
 using render::LightSources;

@@ -473,10 +473,6 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   return result;
 }
 
-Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan) {
-  return plan ? make_surroundings(*plan) : Surroundings{};
-}
-
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan) {
   if (!plan) return std::nullopt;
   return SurroundingsShape(*plan);

@@ -64,7 +64,7 @@ struct Surroundings {
 };
 /// Builds the meshes of the surroundings. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// Builds the meshes of a scene's surroundings (Scene::surroundings). The result is empty if the scene has none.
+/// Reads the meshes of a scene's surroundings from the cache, or builds them. Empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
 /// Returns the surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has
