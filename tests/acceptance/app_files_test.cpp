@@ -61,7 +61,7 @@ class FilesOfCommands : public testing::Test {
   Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
     const pid_t child = folder.start(in_folder(arguments));
     bool has_begun = false;
-    for (int i = 0; i < 6000 && !(has_begun = begun()); ++i) std::this_thread::sleep_for(10ms);
+    for (int i = 0; i < 60000 && !(has_begun = begun()); ++i) std::this_thread::sleep_for(10ms);
     EXPECT_TRUE(has_begun) << folder.said();
     return folder.finish(child, signal);
   }
@@ -275,7 +275,8 @@ TEST_F(FilesOfCommands, AnInterruptedServoCommandLeavesNoPartialFileAndExitsWith
 TEST_F(FilesOfCommands, AnInterruptedDemoOrFilmLeavesNoPartialFileAndExitsWithOne) {
   ASSERT_EQ(run("servo assets/scenes/molar-caries.json --hand {}/hand.csv --out {}/s.h5").status, 0);
   const std::vector<std::pair<std::string, std::string>> commands = {
-      {"demo --out {}/demo", "demo/session.mp4"}, {"replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};
+      {"demo --size 320x180 --out {}/demo", "demo/session.mp4"},
+      {"replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};
   for (const auto& [command, film] : commands) {
     for (const int signal : {SIGINT, SIGHUP}) {
       const Ran ran = interrupted(command, signal, [this] { return half_written(); });
