@@ -132,6 +132,64 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
   }
 }
 
+/// Copies the samples of a patch that starts at voxel `lo` from a larger patch.
+void copy_window(const SurfacePatch& from, const glm::ivec3& lo, SurfacePatch& to) {
+  to.lo = lo;
+  for (int x = 0; x < to.n; ++x) {
+    for (int y = 0; y < to.n; ++y) {
+      const glm::ivec3 at = lo - from.lo + glm::ivec3(x, y, 0);
+      std::copy_n(from.distance.data() + from.at(at.x, at.y, at.z), to.n, to.distance.data() + to.at(x, y, 0));
+      std::copy_n(from.tissue.data() + from.at(at.x, at.y, at.z), to.n, to.tissue.data() + to.at(x, y, 0));
+    }
+  }
+}
+
+TEST(Sweeps, AFrontThatPassesThroughManyPatchesChangesNoBitOfACutEvenIfAPatchEndsTwoVoxelsBesideTheSweep) {
+  std::vector<HeadShape> shapes = kNoBalls;
+  shapes.push_back(HeadShape::kSphere);
+  for (const HeadShape shape : shapes) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
+      Tool tool = random.head(shape);
+      if (shape == HeadShape::kSphere) tool.length = tool.diameter;
+      const SurfacePatch start = block(tool, -2);
+      SurfacePatch plain, window;
+      // tissue everywhere, so that every sample of the window can change
+      plain.resize(start.n + 40);
+      plain.lo = start.lo - 20;
+      std::fill(plain.distance.begin(), plain.distance.end(), -15.0f);
+      std::fill(plain.tissue.begin(), plain.tissue.end(), Tissue::kDentin);
+      window.resize(start.n - 6);
+      CutFront front(std::span(&tool, 1), kVoxel);
+      Pose X{2 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
+      dvec3 v = random.direction();
+      for (int i = 0; i < 150; ++i) {
+        v = glm::normalize(v + 0.3 * random.direction() - X.p / (8 * kVoxel));
+        const dquat turn = glm::angleAxis(i % 3 ? 0 : random.scale(1e-4, 5e-3), random.direction());
+        const Pose Y{X.p + random.scale(0.005, 0.15) * kVoxel * v, glm::normalize(turn * X.R)};
+        const Sweep sweep(tool, X, Y, kFrame, i > 0);
+        if (i % 5 == 0) {
+          glm::ivec3 lo;
+          for (int axis = 0; axis < 3; ++axis) {
+            const int room = static_cast<int>(random.uniform(2, 9));
+            lo[axis] = random.uniform(0, 1) < 0.5 ? sweep.lo()[axis] - room : sweep.hi()[axis] + room + 1 - window.n;
+          }
+          copy_window(plain, lo, window);
+        }
+        const PerTissue taken = carve(plain, sweep);
+        ASSERT_EQ(carve(window, sweep, nullptr, &front), taken)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        X = Y;
+        if (i % 5 != 4) continue;
+        SurfacePatch expected = window;
+        copy_window(plain, window.lo, expected);
+        ASSERT_TRUE(window.distance == expected.distance)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+      }
+    }
+  }
+}
+
 TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByAHundredthOfAVoxel) {
   constexpr std::uint32_t kLaws[] = {4, 5, kServoLaws};  // the first of them has the shortest straight parts
   constexpr std::size_t kVersions = std::size(kLaws);
