@@ -1,20 +1,14 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
 // It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
 
-/// The y and z terms in the distance of a leaf's samples from the ball. They are the same in all eight planes of
-/// constant x, so they are computed once for the 64 samples of a plane. The index of a sample in the arrays is 8 y + z.
-struct LeafPlane {
-  alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
-};
-
 /// Centres of the groups of a leaf, relative to the leaf's first sample. A group is the set of kLanes samples that one
 /// vector contains: one or two neighbouring rows of a plane of constant x. The third coordinate is always 3.5.
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
-  // voxels, distances from the centre of a group to its outermost samples along y, along z, and in any direction
-  // (rounded up)
-  static constexpr float kHalfY = 0.5f * (kRowsTogether - 1), kHalfZ = 3.5f, kHalf = 3.54f;
+  // voxels, distances from the centre of a group to its outermost samples along y and along z, and the square of their
+  // distance in any direction (rounded up)
+  static constexpr float kHalfY = 0.5f * (kRowsTogether - 1), kHalfZ = 3.5f, kHalf2 = 12.51f;
   alignas(64) float x[kCount], y[kCount];
   constexpr LeafGroups() : x(), y() {
     constexpr int in_plane = Sweep::kLeaf / kRowsTogether;
@@ -26,23 +20,32 @@ struct LeafGroups {
 };
 constexpr LeafGroups kLeafGroups;
 
-/// Returns a mask of the groups of a leaf that may contain samples which the sweep raises: those that come close enough
-/// to the ball, and that are not completely behind A, the start of the sweep. The kernel omits the other groups.
+/// Returns a mask of the groups of a leaf that may contain samples which the sweep raises. The kernel omits the other
+/// groups: those that are too far from the ball, completely behind A (the start of the sweep), or completely inside the
+/// ball at A, where an earlier cut has already written the largest value kInner.
 TYPODONT_KERNEL std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
+  constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
-  // The last term of each sum exceeds all rounding errors.
-  const float reach = c.radius + Sweep::kMargin + length + (LeafGroups::kHalf + 1e-2f);
-  const float ahead = std::abs(c.aby) * LeafGroups::kHalfY + std::abs(c.abz) * LeafGroups::kHalfZ + 1e-3f * length;
+  // The last terms of `reach`, `inner` and `ahead` exceed all rounding errors.
+  const float reach = c.radius + Sweep::kMargin + length + 1e-2f, inner = c.radius - Sweep::kInner - 1e-2f;
+  const float ahead = std::abs(c.aby) * kHalfY + std::abs(c.abz) * kHalfZ + 1e-3f * length;
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
-              pz = static_cast<float>(lo.z) + LeafGroups::kHalfZ - c.az;
+              pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  const Floats least_along = all((c.continues ? 0.0f : -1e30f) - ahead), most2 = all(reach * reach - off_z * off_z);
+  // If d is the vector from the ball's centre to the group's centre, the squared distances of the group's samples from
+  // the ball's centre differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and upwards by kHalf2 more.
+  const Floats least_along = all((c.continues ? 0.0f : -1e30f) - ahead);
+  const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
+  const Floats hole2 =
+      all(c.continues && inner > 0 ? inner * inner - pz * pz - 2 * kHalfZ * std::abs(pz) - LeafGroups::kHalf2 : -1e30f);
   std::uint64_t near = 0;
   for (int i = 0; i < LeafGroups::kCount; i += kLanes) {
     const Floats x = load(kLeafGroups.x + i) + all(px), y = load(kLeafGroups.y + i) + all(py);
-    const Floats off_x = x - all(c.abx), off_y = y - all(c.aby);
-    const Mask both = more(most2, off_x * off_x + off_y * off_y) &
-                      more((x * all(c.abx) + y * all(c.aby)) + all(along_z), least_along);
+    const Floats off_x = x - all(c.abx), off_y = y - all(c.aby), zero = all(0.0f), edge = all(2 * kHalfY);
+    const Floats least2 = (off_x * off_x + off_y * off_y) - edge * greater(off_y, zero - off_y);
+    const Floats greatest2 = (x * x + y * y) + edge * greater(y, zero - y);
+    const Mask both = more(most2, least2) & more((x * all(c.abx) + y * all(c.aby)) + all(along_z), least_along) &
+                      no_less(greatest2, hole2);
     near |= static_cast<std::uint64_t>(bits(both)) << i;
   }
   return near;
@@ -52,18 +55,27 @@ TYPODONT_KERNEL std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
 /// end position alone is accurate enough.
 template <bool capsule>
 TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
-  constexpr int n = Sweep::kLeaf;
-  static_assert(n * n == 64 && n * n % kLanes == 0);
-  LeafPlane plane;
+  constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
+  // The terms of the samples' distance from the ball that depend only on y or only on z. A group consists of one or two
+  // neighbouring rows along z, so the z terms are equal in all groups.
+  float y_along[n], y_apart[n];
+  alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
     const float py = static_cast<float>(lo.y + y) - c.ay, qy = py - c.aby;
-    for (int z = 0; z < n; ++z) {
-      const float height = static_cast<float>(lo.z + z) - c.az, off = height - c.abz;
-      plane.along_y[n * y + z] = py * c.aby;
-      plane.along_z[n * y + z] = height * c.abz;
-      plane.apart_y[n * y + z] = capsule ? py : qy * qy;
-      plane.apart_z[n * y + z] = capsule ? height : off * off;
-    }
+    y_along[y] = py * c.aby;
+    y_apart[y] = capsule ? py : qy * qy;
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    const float height = static_cast<float>(lo.z + i % n) - c.az, off = height - c.abz;
+    z_along[i] = height * c.abz;
+    z_apart[i] = capsule ? height : off * off;
+  }
+  const Floats along_z = load(z_along), apart_z = load(z_apart);
+  Floats along_y[kInPlane], apart_y[kInPlane];
+  for (int i = 0; i < kInPlane; ++i) {
+    const int first_row = i * kTogether, last_row = first_row + kTogether - 1;
+    along_y[i] = pick(first(n), all(y_along[first_row]), all(y_along[last_row]));
+    apart_y[i] = pick(first(n), all(y_apart[first_row]), all(y_apart[last_row]));
   }
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius), zero = all(0.0f);
   const Floats inner = all(Sweep::kInner), never = all(1e9f);
@@ -76,18 +88,18 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   // Calls visit(position of the first sample, depths, mask) for the samples of a group. The mask marks the samples
   // ahead of A, the start of the sweep.
   const auto visit_group = [&](int group, const auto& visit) __attribute__((always_inline)) {
-    const int first = group * kLanes, x = first / (n * n), i = first % (n * n);
-    const Floats dot = (all(along_x[x]) + load(plane.along_y + i)) + load(plane.along_z + i);
+    const int x = group / kInPlane, i = group % kInPlane;
+    const Floats dot = (all(along_x[x]) + along_y[i]) + along_z;
     Floats d2;
     if constexpr (capsule) {
       const Floats s = lesser(greater(dot * all(c.inverse_length2), zero), all(1.0f));
-      const Floats dx = all(apart_x[x]) - s * all(c.abx), dy = load(plane.apart_y + i) - s * all(c.aby),
-                   dz = load(plane.apart_z + i) - s * all(c.abz);
+      const Floats dx = all(apart_x[x]) - s * all(c.abx), dy = apart_y[i] - s * all(c.aby),
+                   dz = apart_z - s * all(c.abz);
       d2 = dx * dx + dy * dy + dz * dz;
     } else {
-      d2 = (all(apart_x[x]) + load(plane.apart_y + i)) + load(plane.apart_z + i);
+      d2 = (all(apart_x[x]) + apart_y[i]) + apart_z;
     }
-    visit(distance + first, lesser(radius - root(d2), inner), more(dot, from));
+    visit(distance + group * kLanes, lesser(radius - root(d2), inner), more(dot, from));
   };
   Mask raised = nowhere(), emptied = nowhere();
   const auto raise = [&](float* at, const Floats& depth, const Mask& ahead) __attribute__((always_inline)) {
