@@ -112,12 +112,22 @@ TEST(ScanReview, LabelsAreCoarseWhileAWallIsDraggedAndFullOnRelease) {
   EXPECT_TRUE(review.can_correct());
   const double dentin = ball(2.2e-3);
   EXPECT_NEAR(volume(review, Tissue::kDentin), dentin, 0.04 * dentin);
-  // A computation that was cancelled must not start again by itself. It starts when another region is requested.
-  review.set_region(around_small());
+}
+
+TEST(ScanReview, ACancelledComputationStartsAgainOnlyWhenTheUserAsks) {
+  ScanReview review(scan());
   compute(review);
-  review.want_full();
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    review.want_full();
+    ASSERT_TRUE(review.request());
+    EXPECT_EQ(review.request()->detail, LabelDetail::kFull);
+    review.give_up(*review.request());
+    EXPECT_FALSE(review.request()) << "full labels without a request";
+  }
+  review.set_region(around_small());
+  ASSERT_TRUE(review.request());
   review.give_up(*review.request());
-  EXPECT_FALSE(review.request());
+  EXPECT_FALSE(review.request()) << "coarse labels that were given up";
 }
 
 TEST(ScanReview, TheMouseTakesTheWallNearItInEverySection) {

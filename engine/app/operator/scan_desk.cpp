@@ -67,6 +67,7 @@ void ScanDesk::begin_coarse(const LabelRequest& request) {
 
 void ScanDesk::begin_full(const LabelRequest& request) {
   full_ = request;
+  s_.say("");
   struct Result {
     std::optional<haptics::Imported> labels;
     std::string failure;

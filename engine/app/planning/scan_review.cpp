@@ -160,7 +160,7 @@ std::optional<LabelRequest> ScanReview::request() const {
     wanted.options.greys = false;
     return wanted;
   }
-  if (full_wanted_ && !dragging_ && known != LabelDetail::kFull && given_up_ != LabelDetail::kFull) {
+  if (full_wanted_ && !dragging_ && known != LabelDetail::kFull) {
     wanted.detail = LabelDetail::kFull;
     return wanted;
   }
@@ -189,7 +189,11 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
 }
 
 void ScanReview::give_up(const LabelRequest& request) {
-  if (request.revision == revision_) given_up_ = std::max(given_up_, request.detail);
+  if (request.revision != revision_) return;
+  if (request.detail == LabelDetail::kFull)
+    full_wanted_ = false;  // until the user asks for them again
+  else
+    given_up_ = LabelDetail::kCoarse;
 }
 
 void ScanReview::apply(Step& step, const haptics::Correction& correction) {
