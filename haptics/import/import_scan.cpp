@@ -413,8 +413,9 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     // kResult, kGrey: the result. kResidue is a number of bytes that does not depend on the size.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    // memory for the labels of a jaw, in bytes per voxel of the blocks near the body
-    constexpr double kJaw = 70;
+    // memory for the labels of a jaw, and for the borders of thin tissues in a tooth, in bytes per voxel of the blocks
+    // near the body
+    constexpr double kJaw = 70, kTooth = 35;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));
@@ -423,7 +424,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness || jaw ? 1 : 0)) *
                         voxels(extent + 2 * options.band + 4 * voxel, voxel);
     const double labels = jaw ? kJaw * near : 0;
-    require_memory(kResidue + std::max({kRead * read_voxels, kBox * box + kSegmented * near,
+    require_memory(kResidue + std::max({kRead * read_voxels, kBox * box + (kSegmented + (tooth ? kTooth : 0)) * near,
                                         kBox * box + kKept * near + labels, kBox * box + kKept * near + placed + made}),
                    options, report);
   }

@@ -5,11 +5,15 @@
 #include <limits>
 #include <optional>
 
+#include "haptics/import/partial_volume.h"
+
 namespace typodont::haptics::importing {
 
 namespace {
 
 constexpr double kStep = 0.5;  // voxels, length of the steps along rays
+// voxels, smallest blur of a scan; the mean over a voxel alone is a blur of 0.3 voxels
+constexpr double kLeastBlur = 0.4;
 
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
@@ -200,20 +204,21 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// Finds the grey value of the surroundings near a sample: the mean over cells of 4³ samples, which is then smoothed. If
-// hardly any samples nearby belong to the surroundings (in a fissure), it is the mean grey value of the surroundings in
-// the whole scan.
-class Surround {
+// Finds the grey value of a tissue or of the surroundings near a sample: the mean over cells of 4³ samples, which is
+// then smoothed. If hardly any samples nearby belong to the tissue or the surroundings (in a fissure), it is the mean
+// grey value in the whole scan.
+class LocalGrey {
  public:
-  template <class Counts>
-  Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
-      : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
+  /// `grey` returns the grey value of a sample. `counts` returns true for the samples that are used.
+  template <class Grey, class Counts>
+  LocalGrey(Grey grey, const BlockSet& set, double everywhere, Counts counts)
+      : everywhere_(everywhere), sum_((set.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
     // The loop runs in parallel over blocks. Each cell lies in a single block, so two threads never write the same
     // cell.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;
-      sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
+      sum_[cell] += static_cast<float>((grey(p) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
     // Standard deviation of the smoothing, in units of cells. Together with the mean over a cell and the interpolation
@@ -224,8 +229,8 @@ class Surround {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the grey value of the surroundings in the whole scan. For comparison: the samples nearby have the
-    // weight 1 if all of them belong to the surroundings.
+    // Weight of the mean grey value in the whole scan. For comparison: the samples nearby have the weight 1 if all of
+    // them are used.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
@@ -265,6 +270,111 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
     if (glm::dot(n, n) > 0.5) return n;
   }
   return unit(slope);
+}
+
+// Returns the mean grey value of the samples of `tissue` that are far from its border: first the mean of all such
+// samples, then the local mean near each sample. Returns no value if there are fewer than `enough` such samples at the
+// distance `least` (voxels) or more. `blur` is the standard deviation of the scan's blur in voxels. At the distance z ·
+// blur from an edge, a Gaussian blur changes the grey value by Φ(−z) times the height of the edge, and the sum of the
+// second derivatives is z φ(z) / blur² times this height. The change of the grey value is computed from this sum and
+// removed. If `blur` is 0, the grey values are used unchanged.
+std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMask& tissue, std::size_t enough,
+                                        double least, double blur) {
+  const std::shared_ptr<const BlockSet>& set = tissue.set;
+  const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+  const Sparse<float> away = distance_squared_to(others, 4);
+  const auto sharp = [&](const glm::ivec3& p) {
+    const auto here = static_cast<double>(grey[p]);
+    if (blur == 0) return here;
+    double rise = 0;
+    for (const glm::ivec3& f : kFaces) rise += static_cast<double>(grey[p + f]) - here;
+    // The border lies half a voxel before the nearest sample outside.
+    const double z = std::clamp((std::sqrt(static_cast<double>(away[p])) - 0.5) / blur, 0.5, 6.0);
+    const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI);
+    return here - blur * blur * rise * 0.5 * std::erfc(z / std::sqrt(2.0)) / (z * density);
+  };
+  // If there are too few samples at a larger distance from the border, samples at a smaller one are used.
+  for (const double far : {3.0, 2.5, 2.0, 1.5, 1.4}) {
+    if (far < least) break;
+    const auto counts = [&](const glm::ivec3&, std::size_t i) { return away.v[i] >= static_cast<float>(far * far); };
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < away.v.size(); ++i) {
+      const glm::ivec3 p = set->place(i);
+      if (tissue.v[i] && set->holds(p) && counts(p, i)) sum += sharp(p), ++count;
+    }
+    if (count >= enough) return LocalGrey(sharp, *set, sum / static_cast<double>(count), counts);
+  }
+  return std::nullopt;
+}
+
+// Returns the mean curvature, per voxel, of the surface of constant distance through a sample; positive if the body is
+// convex there. The curvature is limited, because the distance has no curvature at an edge.
+double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
+  constexpr double kMost = 0.5;
+  const glm::ivec3 hi = distance.set->size - 1;
+  double sum = 0;
+  for (const glm::ivec3& f : kFaces)
+    sum += static_cast<double>(distance[glm::clamp(p + f, glm::ivec3(0), hi)]) - static_cast<double>(distance[p]);
+  return std::clamp(0.5 * sum, -kMost, kMost);
+}
+
+// Moves the borders of enamel and pulp in a tooth until their volumes agree with the grey values (partial_volume.h).
+// `enamel_grey` has no value if the grey value of enamel is unknown. `pulp_grey` is used if no pulp is wide enough to
+// measure its grey value.
+void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseMask& enamel, const SparseMask& pulp,
+                         const Levels& levels, const std::optional<LocalGrey>& enamel_grey, double pulp_grey,
+                         const LocalGrey& outside) {
+  // In voxels: distance from a border within which blur changes the grey values; distance from the surface within which
+  // the surroundings change them.
+  constexpr float kBlurred = 2.5F;
+  constexpr double kOutside = 3;
+  constexpr double kLeast = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
+  const std::shared_ptr<const BlockSet>& set = s.dense.set;
+  const Sparse<float>& d = s.surface.distance;
+  const double blur = std::max(kLeastBlur, s.blur);
+  const SparseMask body = where(set, false, false, [&](std::size_t, const glm::ivec3& p) { return d[p] <= 0; });
+  const SparseMask dentin = where(
+      set, false, true, [&](std::size_t i, const glm::ivec3&) { return body.v[i] && !enamel.v[i] && !pulp.v[i]; });
+  constexpr std::size_t kEnoughDentin = 200, kEnoughPulp = 5;
+  const std::optional<LocalGrey> dentin_grey = reference_grey(grey, dentin, kEnoughDentin, 2, blur),
+                                 own_pulp_grey = reference_grey(grey, pulp, kEnoughPulp, 1.4, 0);
+  const Sparse<float> to_enamel = distance_squared_to(enamel, 4), to_pulp = distance_squared_to(pulp, 4),
+                      to_dentin = distance_squared_to(dentin, 4);
+  // `usual` is the difference between the grey values of the tissue and of dentin in the whole scan.
+  const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
+                         const Sparse<float>& to_other, double usual, auto own_grey) {
+    constexpr float kReach = kBlurred * kBlurred;
+    constexpr double kLeastContrast = 0.3;  // smallest local difference, as a fraction of the usual one
+    const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+    const Sparse<float> into = distance_squared_to(others, 4);
+    Sparse<float> fraction(set, 0, 0);
+    SparseMask border(set, 0, 0);
+    for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+      const double at = d[p];
+      if (to_tissue.v[i] > kReach || to_other.v[i] < to_tissue.v[i] || at > kOutside) return;
+      border.v[i] = body.v[i] && to_dentin.v[i] <= kReach;
+      if (into.v[i] > kReach) {
+        fraction.v[i] = 1;
+        return;
+      }
+      // Grey value that the sample would have if the tooth consisted only of dentin. The blur of a convex surface has
+      // the effect of a displacement of the surface inward.
+      const double of_dentin = dentin_grey ? dentin_grey->at(p) : levels.soft;
+      const double displaced = at + blur * blur * curvature_at(d, p);
+      const double without = glm::mix(of_dentin, outside.at(p), 0.5 * std::erfc(-displaced / (std::sqrt(2.0) * blur)));
+      const double contrast = usual * std::max(kLeastContrast, (own_grey(p) - of_dentin) / usual);
+      const double found = (static_cast<double>(grey[p]) - without) / contrast;
+      fraction.v[i] = static_cast<float>(std::clamp(found, kLeast, kMost));
+    });
+    match_volume(field, fraction, border, body, blur);
+  };
+  if (enamel_grey && levels.top() > levels.soft)
+    match(s.dense, enamel, to_enamel, to_pulp, levels.top() - levels.soft,
+          [&](const glm::ivec3& p) { return enamel_grey->at(p); });
+  if (pulp_grey < levels.soft)
+    match(s.cavity, pulp, to_pulp, to_enamel, pulp_grey - levels.soft,
+          [&](const glm::ivec3& p) { return own_pulp_grey ? own_pulp_grey->at(p) : pulp_grey; });
 }
 
 }  // namespace
@@ -396,9 +506,21 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   // Measures the grey value of the surroundings near each sample. Only voxels that lie beyond the blurred edge and
   // outside other bodies are used.
-  const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {
-    return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
-  });
+  const LocalGrey surround([&](const glm::ivec3& p) { return static_cast<double>(grey[p]); }, *set, levels.outside,
+                           [&](const glm::ivec3& p, std::size_t i) {
+                             return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
+                           });
+  // Measures the grey value of enamel in its thick parts.
+  std::optional<LocalGrey> enamel_grey;
+  if (tooth && levels.dense && !levels.fixed_dense) {
+    constexpr std::size_t kEnoughEnamel = 10;
+    const auto denser = static_cast<float>(levels.denser());
+    enamel_grey = reference_grey(
+        grey,
+        where(set, false, false,
+              [&](std::size_t i, const glm::ivec3& p) { return first.distance[p] < 0 && smooth.v[i] > denser; }),
+        kEnoughEnamel, 1.4, std::max(kLeastBlur, s.blur));
+  }
   report(0.55);
 
   // Computes the occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface
@@ -625,6 +747,14 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
       if (id > 0 && !keep[id]) s.cavity.v[i] = -0.1F, pulp.v[i] = 0;
     }
+  }
+
+  // Moves the borders of enamel and pulp, because blur and partial volume change the grey values in thin layers.
+  if (tooth) {
+    const SparseMask enamel =
+        where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return s.dense.v[i] > 0 && !pulp.v[i]; });
+    match_tooth_volumes(grey, s, enamel, pulp, levels, enamel_grey, cavity_grey, surround);
+    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { pulp.v[i] = s.cavity.v[i] > 0; });
   }
 
   // Isolated parts of the softer tissue are dark spots in enamel, or fissures that the blur has made brighter. They get

@@ -77,8 +77,8 @@ class ScanReview {
   /// Receives the tissue labels of a request. Labels that belong to an earlier region are used only if they are coarse
   /// and there are no full labels of the present region. The corrections are applied again to full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
-  /// Reports that the computation of a request failed or was cancelled. These tissue labels are not requested again for
-  /// the present region.
+  /// Reports that the computation of a request failed or was cancelled. Coarse tissue labels are then not requested
+  /// again for the present region, and full labels only after another call of want_full().
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
   /// Returns true if the tissue labels belong to the present region and preset.
