@@ -40,10 +40,11 @@ function(typodont_library name)
 endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
-# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [LIVE] or [WINDOW]: the tests need real time,
-# or a window on a display; they also get the label `live` and have a second try. One LIVE test runs at a time, and one
-# test of each WINDOW program, because each of them starts its own display. [MEASURED pattern]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
-# suite share an expensive set-up, so they run in one process and become one ctest named KIND.Suite.
+# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [LIVE] or [WINDOW]: the tests
+# need real time, or a window on a display; they also get the label `live` and have a second try. One LIVE test runs at a
+# time, and one test of each WINDOW program, because each of them starts its own display. [MEASURED pattern]: these tests
+# measure time and get the kind bench. [TOGETHER suite …]: the tests of such a suite share an expensive set-up, so they
+# run in one process and become one ctest named KIND.Suite.
 include(GoogleTest)
 function(typodont_test name)
   cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER" ${ARGN})
