@@ -155,8 +155,9 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // voxels, largest distance of a listed sample from the sweep's box: one for the path length for which a list is
-  // valid, one for the motion of the head since the list was made, and one for the rounding of the box
+  // Largest distance, in voxels, of a listed sample from the sweep's box. It is the sum of three parts of one voxel:
+  // the path length for which a list is valid, the motion of the head since the list was made, and the rounding of the
+  // box.
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;

@@ -93,7 +93,7 @@ static int run_program(int argc, char** argv) {
   add_replay_driver();
   add_window_drivers();
   program.footer("Without arguments, typodont opens the operator's window.");
-  if (const auto kept = cache::folder(); !kept.empty()) gpu::keep_driver_cache(kept / "driver");
+  if (const auto kept = cache::folder("driver"); !kept.empty()) gpu::keep_driver_cache(kept);
   if (argc == 1) {
     try {
 #ifdef TYPODONT_WINDOW

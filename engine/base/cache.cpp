@@ -27,6 +27,11 @@ fs::path folder() {
   return {};
 }
 
+fs::path folder(const std::string& name) {
+  const fs::path all = folder();
+  return all.empty() ? all : all / name;
+}
+
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
   // only regular files, because reading a device may never end
@@ -102,6 +107,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
 
 bool keep(const fs::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const fs::path&)>& write) {
+  if (in.empty()) return false;
   std::error_code code;
   fs::create_directories(in, code);
   const fs::path part = in / fmt::format("part-{}{}", ::getpid(), suffix);

@@ -16,6 +16,8 @@ namespace typodont::cache {
 /// Returns the path of the cache folder: $TYPODONT_CACHE if this variable is set, else the folder typodont/ in
 /// $XDG_CACHE_HOME or in ~/.cache. The path is empty if none of these variables is set.
 std::filesystem::path folder();
+/// Returns the path of the folder `name` in the cache folder. The path is empty if there is no cache folder.
+std::filesystem::path folder(const std::string& name);
 
 /// Returns the hash of a file's content; no value if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
@@ -24,12 +26,13 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// same input.
 void add_program(Fnv1a& key);
 
-/// Returns the path of the cached file for this key, or an empty path if there is no valid file. The content of the
-/// file is checked, and a damaged file is removed.
+/// Returns the path of the cached file for this key, or an empty path if there is no valid file or `in` is empty. The
+/// content of the file is checked, and a damaged file is removed.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
 /// Stores the file that `write` writes, completely or not at all. Then removes the least recently used files until all
-/// files together have at most `most` bytes, or until only one file is left. Returns false if nothing was stored.
+/// files together have at most `most` bytes, or until only one file is left. Returns false if nothing was stored, also
+/// if `in` is empty.
 bool keep(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const std::filesystem::path&)>& write);
 

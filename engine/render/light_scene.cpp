@@ -321,11 +321,11 @@ struct LightScene::Impl {
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
     find_samples();
-    const std::filesystem::path in = cache::folder().empty() ? std::filesystem::path() : cache::folder() / "light";
-    const std::uint64_t key = in.empty() ? 0 : key_of(box);
-    if (!in.empty() && read(cache::find(in, key, kSuffix))) return;
+    const std::filesystem::path in = cache::folder("light");
+    const std::uint64_t key = key_of(box);
+    if (read(cache::find(in, key, kSuffix))) return;
     cast_rays();
-    if (!in.empty()) cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
+    cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
   }
 
   /// Computes the key of the rays in the cache.

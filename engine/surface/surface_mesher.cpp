@@ -287,7 +287,8 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
   int count = 0;
   for (const BrickContour::Edge edge : own.edges) {
     if (!find_corners(around, edge, corners, count)) continue;
-    // Corners in arrays would be copied while the processor still writes them, so they are passed one by one.
+    // The corners are passed one by one. If the array were copied, the processor would have to wait until it has
+    // written the array.
     if (count == 3) {
       if (edge.solid_base) {
         triangle(corners[0], corners[1], corners[2]);

@@ -1,5 +1,7 @@
 #include "haptics/import/partial_volume.h"
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -45,8 +47,9 @@ struct Ranked {
 // Returns the value that samples with the total weight `volume` exceed. `samples` are in decreasing order of their
 // values. Between two samples, the value is interpolated.
 float exceeded_by(const std::vector<Ranked>& samples, double volume) {
-  double above = 0;  // weight above the middle of the sample; a sample counts as half exceeded by itself
+  double above = 0;  // total weight of the samples before sample k
   for (std::size_t k = 0; k < samples.size(); ++k) {
+    // Half of a sample's own weight counts as above its value.
     const double middle = above + 0.5 * samples[k].weight;
     if (middle >= volume) {
       if (k == 0) return samples[0].value;
@@ -66,9 +69,10 @@ void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const Spa
   const std::vector<BallSample> ball = ball_samples(blur);
   const BlockSet& set = *field.set;
   Sparse<float> matched = field;
+  tbb::enumerable_thread_specific<std::vector<Ranked>> scratch;
   for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
     if (!border.v[i]) return;
-    thread_local std::vector<Ranked> samples;
+    std::vector<Ranked>& samples = scratch.local();
     samples.clear();
     double volume = 0;
     for (const BallSample& of_ball : ball) {

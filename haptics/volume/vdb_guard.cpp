@@ -163,11 +163,8 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   key.add(std::filesystem::file_size(file));
   for (const std::string& grid : grids) key.bytes(grid.data(), grid.size());
   cache::add_program(key);
-  const std::filesystem::path kept = cache::folder();
-  const std::filesystem::path folder = kept.empty() ? kept : kept / "volumes";
-  if (!folder.empty()) {
-    if (const auto flat = cache::find(folder, key.value, ".flat"); !flat.empty()) return read_flat(flat, name);
-  }
+  const std::filesystem::path folder = cache::folder("volumes");
+  if (const auto flat = cache::find(folder, key.value, ".flat"); !flat.empty()) return read_flat(flat, name);
 
   std::string pattern = (std::filesystem::temp_directory_path() / "typodont_volume_XXXXXX").string();
   const int made = mkstemp(pattern.data());
@@ -180,10 +177,9 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   const int status = read_elsewhere(file, pattern, grids);
   if (status == 0) {
     FlatGrids result = read_flat(pattern, name);
-    if (!folder.empty())
-      cache::keep(folder, key.value, ".flat", kMostKept, [&](const std::filesystem::path& to) {
-        std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
-      });
+    cache::keep(folder, key.value, ".flat", kMostKept, [&](const std::filesystem::path& to) {
+      std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
+    });
     return result;
   }
   if (status == kReaderCannotWrite) {

@@ -166,6 +166,14 @@ TEST(Tests, WriteOnlyIntoTheirBuildFolder) {
   EXPECT_EQ(cache::folder(), program.parent_path().parent_path() / "cache/typodont");
 }
 
+TEST(Cache, KeepsAndFindsNothingIfThereIsNoFolder) {
+  EXPECT_EQ(cache::folder("light"), cache::folder() / "light");
+  bool written = false;
+  EXPECT_FALSE(cache::keep({}, 1, ".rays", 1000, [&](const auto&) { written = true; }));
+  EXPECT_FALSE(written);
+  EXPECT_TRUE(cache::find({}, 1, ".rays").empty());
+}
+
 TEST(NoAllocGuard, SeesAnAllocation) {
   test::NoAlloc guard;
   EXPECT_EQ(guard.count(), 0u);

@@ -21,11 +21,6 @@ constexpr const char* kSuffix = ".json";
 // bytes, largest size of the cache of scores; it holds about ten thousand scores
 constexpr std::uintmax_t kMostKept = 4 << 20;
 
-fs::path scores_folder() {
-  const fs::path folder = cache::folder();
-  return folder.empty() ? folder : folder / "scores";
-}
-
 /// Returns the key under which the score of a session is cached. The key changes when the session's file or the program
 /// changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
@@ -50,7 +45,7 @@ CachedScore known(const session::Score& score) {
 }
 
 std::optional<CachedScore> cached_score(const fs::path& session) {
-  const fs::path folder = scores_folder();
+  const fs::path folder = cache::folder("scores");
   const auto key = key_of(session);
   if (folder.empty() || !key) return std::nullopt;
   const fs::path file = cache::find(folder, *key, kSuffix);
@@ -64,7 +59,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
 }
 
 void cache_score(const fs::path& session, const CachedScore& score) {
-  const fs::path folder = scores_folder();
+  const fs::path folder = cache::folder("scores");
   const auto key = key_of(session);
   if (folder.empty() || !key) return;
   const nlohmann::json json = {{"points", score.points}, {"counts", score.counts}, {"passed", score.passed}};

@@ -53,7 +53,7 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    std::array<Tissues, 8> cubes;  // the tissues in each cube of the block; z runs fastest
+    std::array<Tissues, 8> cubes;  // the tissues in each cube; the index of cube (x, y, z) is 4x + 2y + z
   };
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);

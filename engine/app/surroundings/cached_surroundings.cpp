@@ -155,7 +155,7 @@ struct Reader {
 
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan) {
   if (!plan) return {};
-  const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "surroundings";
+  const fs::path in = cache::folder("surroundings");
   const auto key = in.empty() ? std::nullopt : key_of(*plan);
   if (key) {
     Surroundings kept;

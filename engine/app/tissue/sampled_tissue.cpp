@@ -131,7 +131,7 @@ haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files
 }  // namespace
 
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files) {
-  const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "tissue";
+  const fs::path in = cache::folder("tissue");
   const auto key = in.empty() ? std::nullopt : key_of(tissue, files);
   if (key) {
     haptics::DenseTissue kept;

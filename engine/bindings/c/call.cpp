@@ -1,6 +1,5 @@
 #include "engine/bindings/c/call.h"
 
-#include <algorithm>
 #include <exception>
 
 #include "haptics/contact_method.h"

@@ -1,5 +1,6 @@
 // The functions of the C interface for recorded sessions.
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>

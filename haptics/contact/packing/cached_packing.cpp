@@ -46,21 +46,20 @@ bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
 }  // namespace
 
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options) {
-  const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "packing";
+  const fs::path in = cache::folder("packing");
   Fnv1a key;
   cache::add_program(key);
   key.add(tissue.hash());
   key.add(static_cast<std::uint64_t>(options.spheres));
   key.add(options.seed);
   key.add(options.max_radius);
-  if (!in.empty()) {
-    SpherePacking kept;
-    const fs::path file = cache::find(in, key.value, kSuffix);
-    if (!file.empty() && read(file, options.spheres, kept)) return kept;
+  SpherePacking kept;
+  if (const fs::path file = cache::find(in, key.value, kSuffix); !file.empty() && read(file, options.spheres, kept)) {
+    return kept;
   }
   const Nanos began = now();
   SpherePacking packing = pack_spheres(tissue, options);
-  if (!in.empty() && now() - began > kWorthKeeping) {
+  if (now() - began > kWorthKeeping) {
     cache::keep(in, key.value, kSuffix, kMostKept, [&](const fs::path& file) { write(file, packing); });
   }
   return packing;
