@@ -19,10 +19,8 @@ namespace typodont::haptics {
 namespace {
 
 using importing::Grid;
+using importing::kFaces;
 using importing::Mask;
-
-const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
-                                          {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
 double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   double least = glm::length(p - path.front());

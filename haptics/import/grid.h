@@ -1,6 +1,7 @@
 // Dense boxes of samples for the importers, and filters for them. Not for real-time threads.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -8,6 +9,10 @@
 #include <vector>
 
 namespace typodont::haptics::importing {
+
+/// Steps from a sample to its six neighbours.
+inline constexpr std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
+                                                     {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
 /// A box of samples. z is the fastest index, as in DenseTissue.
 template <class T>

@@ -10,9 +10,6 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
-                                          {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
-
 double cubed(double x) {
   return x * x * x;
 }
