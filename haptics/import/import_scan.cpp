@@ -16,6 +16,7 @@
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
 #include "haptics/import/segment.h"
+#include "haptics/import/unseen_canals.h"
 
 namespace typodont::haptics::importing {
 
@@ -538,6 +539,18 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (report.jaw) {
     for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += report.jaw->mislabelled;
+  }
+  if (tooth && levels.dense) {
+    constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
+    const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
+    // Twice the uncertainty covers the whole volume that such canals can have.
+    for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
+      report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
+    if (unseen >= 1 * kCubicMillimetre)
+      report.notes.push_back(
+          fmt::format("root canals narrower than {:.2f} mm are not found; the roots in which no pulp was found can "
+                      "contain up to {:.1f} mm³ of it",
+                      narrowest / kMillimetre, unseen / kCubicMillimetre));
   }
 
   report.outside_grey = levels.outside;

@@ -276,6 +276,31 @@ TEST(ImportPhantom, ThinEnamelAndPulpInVoxelsOfACbctHaveTheirVolumes) {
   }
 }
 
+TEST(ImportPhantom, PulpInCanalsTooNarrowForTheScanIsWithinTwiceItsUncertainty) {
+  using test::ToothPhantom;
+  struct Row {
+    ToothPhantom tooth;
+    bool hidden;  // true: the scan does not show the canals of the roots
+  };
+  for (const Row& row :
+       {Row{{.voxel = 0.54}, true}, Row{{.voxel = 0.54, .seed = 5, .shift = 0.3, .canal = 0.35, .tilt = -0.5}, true},
+        Row{{.voxel = 0.5, .blur = 0.3, .seed = 6, .two_roots = true}, false},
+        Row{{.voxel = 0.6, .seed = 8, .side = 0.9, .canal = 0.3}, true}}) {
+    const Phantom p = row.tooth.phantom();
+    const Imported i =
+        import_tissue(write_nrrd("tooth.nrrd", p, test::bytes_as<float>(p.scan(row.tooth.seed)), "float"), {});
+    const PerTissue truth = row.tooth.volumes();
+    for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp}) {
+      const auto k = static_cast<std::size_t>(t);
+      EXPECT_NEAR(volume(i, t), truth[k], 2 * i.report.volume_uncertainty[k] / kCubicMillimetre)
+          << name_of(t) << ", seed " << row.tooth.seed;
+    }
+    const bool said = std::ranges::any_of(
+        i.report.notes, [](const std::string& note) { return note.starts_with("root canals narrower than"); });
+    EXPECT_EQ(said, row.hidden) << "seed " << row.tooth.seed;
+  }
+}
+
 TEST(ImportPhantom, SpecksAndOtherBodiesAreRemoved) {
   Phantom p = layered_ball(dvec3(0.15), 0.1, 10);
   const auto ball_grey = p.grey;
