@@ -1,4 +1,4 @@
-typodont_test(unit_import KIND unit SOURCES unit/import_files_test.cpp unit/import_repairs_test.cpp unit/import_tissue_mesh_test.cpp unit/import_unseen_canals_test.cpp LIBS typodont_import ZLIB::ZLIB)
+typodont_test(unit_import KIND unit SOURCES unit/import_files_test.cpp unit/import_repairs_test.cpp unit/import_mesh_voxel_test.cpp unit/import_tissue_mesh_test.cpp unit/import_unseen_canals_test.cpp LIBS typodont_import ZLIB::ZLIB)
 if(TARGET typodont_gdcm)
   typodont_test(unit_dicom KIND unit SOURCES unit/import_dicom_test.cpp LIBS typodont_import typodont_gdcm ZLIB::ZLIB)
 endif()

@@ -21,15 +21,24 @@ namespace typodont::haptics {
 
 namespace importing {
 
+constexpr double kMostResult = 4e8;  // largest number of voxels of a result
+
+static double voxels_in(const dvec3& extent, double voxel) {
+  return (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);
+}
+
+bool result_size_fits(const dvec3& extent, double voxel) {
+  return voxels_in(extent, voxel) <= kMostResult;
+}
+
 void check_result_size(const dvec3& extent, double voxel) {
-  constexpr double kMost = 4e8;
-  const double count = (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);
-  if (count <= kMost) return;
-  throw Error(
-      "--voxel-mm", "",
-      fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
-                  extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
-      fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMost, voxel * std::cbrt(count / kMost) / kMillimetre));
+  if (result_size_fits(extent, voxel)) return;
+  const double count = voxels_in(extent, voxel);
+  throw Error("--voxel-mm", "",
+              fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
+                          extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
+              fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMostResult,
+                          voxel * std::cbrt(count / kMostResult) / kMillimetre));
 }
 
 double free_memory() {

@@ -20,15 +20,11 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kDefaultVoxel = 0.1e-3;  // m, voxel edge of a mesh's volume if the user states none
-
-struct Bounds {
-  dvec3 lo{1e300}, hi{-1e300};
-  void add(const Mesh& mesh) {
-    for (const dvec3& p : mesh.points) lo = glm::min(lo, p), hi = glm::max(hi, p);
-  }
-  dvec3 extent() const { return hi - lo; }
-};
+ImportRegion bounds_of(const Mesh& mesh) {
+  ImportRegion bounds{dvec3(1e300), dvec3(-1e300)};
+  for (const dvec3& p : mesh.points) bounds.lo = glm::min(bounds.lo, p), bounds.hi = glm::max(bounds.hi, p);
+  return bounds;
+}
 
 double longest_of(const dvec3& v) {
   return std::max({v.x, v.y, v.z});
@@ -71,9 +67,8 @@ void move(Mesh& mesh, MeshRepairs& repairs, const Pose& X_WF) {
 }
 
 /// Returns an empty volume that encloses the bounds.
-DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options) {
-  const double voxel = options.voxel.value_or(kDefaultVoxel);
-  check_result_size(bounds.extent() + 2 * options.band + 6 * voxel, voxel);
+DenseTissue volume_around(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
+  const double voxel = voxel_of_meshes(bounds, options, notes);
   DenseTissue out;
   out.band = options.band;
   const double margin = options.band + 2 * voxel;
@@ -477,23 +472,54 @@ void add_words(std::vector<std::string>& all, const MeshRepairs& repairs, const 
 
 }  // namespace
 
+ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions& options) {
+  check_unit(options);
+  if (options.preset == ImportPreset::kArch) return bounds_of(read_arch(file, options).mesh);
+  MeshRepairs repairs;
+  Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
+  move(mesh, repairs, options.mesh_pose);
+  return bounds_of(mesh);
+}
+
+double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
+  // In m. kDefault: voxel edge if the user states none. kStep: by this step it is enlarged until the volume is allowed.
+  constexpr double kDefault = 0.1e-3, kStep = 0.01e-3;
+  // voxels on all sides together that the volume of a mesh has besides the band
+  constexpr double kMargin = 8;
+  const auto extent = [&](double voxel) { return bounds.hi - bounds.lo + 2 * options.band + kMargin * voxel; };
+  constexpr double kLongest = 1;  // m; meshes that are farther apart belong to different frames
+  if (!glm::all(glm::lessThanEqual(bounds.hi - bounds.lo, dvec3(kLongest))))
+    throw Error("INPUT", "",
+                fmt::format("meshes that are {:.4g} mm long together", longest_of(bounds.hi - bounds.lo) / kMillimetre),
+                fmt::format("at most {:g} mm, in one coordinate frame", kLongest / kMillimetre));
+  double voxel = options.voxel.value_or(kDefault);
+  if (!options.voxel) {
+    for (int step = 1; !result_size_fits(extent(voxel), voxel); ++step) voxel = kDefault + step * kStep;
+    if (voxel > kDefault)
+      notes.push_back(fmt::format("the voxels have an edge of {:.2f} mm, because the usual {:g} mm would need too many",
+                                  voxel / kMillimetre, kDefault / kMillimetre));
+  }
+  check_result_size(extent(voxel), voxel);
+  return voxel;
+}
+
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
   check_unit(options);
   MeshRepairs repairs;
   Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
   move(mesh, repairs, options.mesh_pose);
-  Bounds bounds;
-  bounds.add(mesh);
-  check_length(file, bounds.extent(), options);
-  const double longest = longest_of(bounds.extent());
+  const ImportRegion bounds = bounds_of(mesh);
+  const dvec3 extent = bounds.hi - bounds.lo;
+  check_length(file, extent, options);
+  const double longest = longest_of(extent);
 
   Imported result;
   result.report.format = file.extension().string().substr(1);
   add_words(result.report.repairs, repairs, "");
   result.report.repaired = std::move(repairs.places);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options);
+  out = volume_around(bounds, options, result.report.notes);
   const double voxel = out.frame.voxel;
 
   // A shell (connected surface) that does not lie inside another shell is the surface of a body. A shell inside the
@@ -547,7 +573,6 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (options.progress) options.progress(0.8);
 
   // The crown is at the wider end of the body's longest axis.
-  const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
   // for each x: number of the body's voxels in the lower half and in the upper half of the longest axis
@@ -596,9 +621,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   drop_copies(mesh, repairs);
   orient(mesh, repairs);
   const std::size_t pieces = drop_pieces(mesh);
-  Bounds bounds;
-  bounds.add(mesh);
-  check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
+  const ImportRegion bounds = bounds_of(mesh);
+  check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kLeast, kMost);
 
   // Closes the small holes, so that only large openings remain. The area vector of the mesh then points from the
   // longest border to the surface, because the surface's triangles face up.
@@ -654,12 +678,10 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const std::size_t scanned = arch.scanned;
   report.repairs = std::move(arch.repairs);
   report.repaired = std::move(arch.repaired);
-  Bounds bounds;
   std::vector<std::uint8_t> gum = find_gum(file, mesh, up, options.crown.value_or(kUsualCrown), report.notes);
 
-  bounds.add(mesh);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options);
+  out = volume_around(bounds_of(mesh), options, report.notes);
   const double voxel = out.frame.voxel;
   if (options.progress) options.progress(0.2);
   const double shell = options.shell.value_or(kUsualEnamel);
@@ -710,19 +732,20 @@ Imported import_parts(const ImportOptions& options) {
   Imported result;
   ImportReport& report = result.report;
   std::vector<Mesh> meshes;
-  Bounds bounds;
+  ImportRegion bounds;
   for (const ImportPart& part : options.parts) {
     MeshRepairs repairs;
     meshes.push_back(read_mesh(part.file, options.mesh_unit, repairs));
-    bounds.add(meshes.back());
+    const ImportRegion of_part = bounds_of(meshes.back());
+    bounds = meshes.size() == 1 ? of_part : around(bounds, of_part);
     add_words(report.repairs, repairs, std::string(name_of(part.tissue)));
     report.repaired.insert(report.repaired.end(), repairs.places.begin(), repairs.places.end());
     const std::string format = part.file.extension().string().substr(1);
     if (report.format.find(format) == std::string::npos) report.format += (report.format.empty() ? "" : ", ") + format;
   }
-  check_length(options.parts[0].file, bounds.extent(), options);
+  check_length(options.parts[0].file, bounds.hi - bounds.lo, options);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options);
+  out = volume_around(bounds, options, report.notes);
   const double voxel = out.frame.voxel;
   std::vector<std::vector<Triangle>> parts;
   for (const Mesh& mesh : meshes) parts.push_back(triangles_of(mesh, out.frame, [](std::size_t) { return true; }));

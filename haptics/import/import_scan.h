@@ -36,7 +36,21 @@ Imported import_parts(const ImportOptions& options);
 /// voxels, distance outside the surface up to which samples get labels
 inline constexpr double kLabelReach = 2.5;
 
-/// Throws Error if a grid that covers `extent` (m) with voxels of the edge `voxel` (m) does not fit into memory.
+/// Returns the smallest box that contains both boxes.
+inline ImportRegion around(const ImportRegion& a, const ImportRegion& b) {
+  return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
+}
+/// Returns the bounding box of the closed mesh that the import of `file` uses, in the frame of the result.
+ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions& options);
+/// Returns the voxel edge (m) for a volume of meshes with the bounding box `bounds`. It is options.voxel, or 0.1 mm if
+/// the user states none. If 0.1 mm would need too many voxels, it is the smallest larger edge that does not, in steps
+/// of 0.01 mm, and a note states it. Throws Error if options.voxel needs too many voxels, or if the box is longer than
+/// a metre.
+double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes);
+
+/// Returns true if a grid that covers `extent` (m) with voxels of the edge `voxel` (m) has an allowed number of voxels.
+bool result_size_fits(const dvec3& extent, double voxel);
+/// Throws Error if a grid that covers `extent` (m) with voxels of the edge `voxel` (m) has too many voxels.
 void check_result_size(const dvec3& extent, double voxel);
 
 /// Returns the number of bytes that this process can still allocate. It is the free memory of the machine, or less if

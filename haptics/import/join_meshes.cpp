@@ -30,7 +30,6 @@ DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const I
   out.frame.origin = out.frame.voxel * dvec3(lo);
   out.size = hi - lo;
   const dvec3 size(out.size);
-  importing::check_result_size(size * out.frame.voxel, out.frame.voxel);
   importing::require_memory(kept + kBytesPerVoxel * size.x * size.y * size.z, options, report);
   out.distance.assign(importing::Grid<float>::count(out.size), static_cast<float>(out.band));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
@@ -61,13 +60,25 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   if (meshes.empty()) throw Error("INPUT", "", "no mesh", "one mesh or more");
   Imported all;
   ImportReport& report = all.report;
+  // The voxel size is chosen or refused before the first mesh is filled, because all meshes together form one volume.
+  ImportRegion bounds;
+  const auto in_result = [&](const PlacedMesh& mesh) {
+    ImportOptions own = options;
+    own.mesh_pose = mesh.X_WF;
+    return own;
+  };
+  for (const PlacedMesh& mesh : meshes) {
+    const ImportRegion of_mesh = importing::mesh_bounds(mesh.file, in_result(mesh));
+    bounds = &mesh == &meshes.front() ? of_mesh : importing::around(bounds, of_mesh);
+  }
+  const double voxel = importing::voxel_of_meshes(bounds, options, report.notes);
   std::vector<DenseTissue> volumes;
   ImportRegion first;  // bounding box of the first mesh
   double kept = 0;     // total memory of the volumes, bytes
   for (std::size_t k = 0; k < meshes.size(); ++k) {
-    ImportOptions own = options;
+    ImportOptions own = in_result(meshes[k]);
+    own.voxel = voxel;
     if (options.memory) own.memory = *options.memory - kept;
-    own.mesh_pose = meshes[k].X_WF;
     own.turn = glm::dmat3(1);
     if (options.progress) {
       own.progress = [&, k](double done) {

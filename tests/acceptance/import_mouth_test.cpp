@@ -17,12 +17,13 @@ using test::Ran;
 using test::TissueMesh;
 using test::upper_jaw;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ImportMouth : public ::testing::Test {
  protected:
-  Ran import(const std::string& files, const std::string& more = "") {
-    return folder_.run(
-        fmt::format("import {} --preset arch --voxel-mm 0.25 --band-mm 1 --out {} --json {}", files, out_, more));
+  Ran import(const std::string& files, const std::string& more = "", double voxel_mm = 0.25) {
+    return folder_.run(fmt::format("import {} --preset arch --voxel-mm {} --band-mm 1 --out {} --json {}", files,
+                                   voxel_mm, out_, more));
   }
   void expect_refused(const Ran& ran, const std::string& message) {
     EXPECT_EQ(ran.status, 2) << ran.err;
@@ -86,6 +87,12 @@ TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMove
   };
   const double closed = height("");
   EXPECT_NEAR(height("--open-mm 8"), closed + 8, 0.05);
+}
+
+TEST_F(ImportMouth, TooSmallVoxelsAreRefusedBeforeTheFirstMeshIsFilled) {
+  const Ran ran = import(lower_ + " " + stl("upper.stl", upper_jaw()), "--open-mm 8", 0.01);
+  expect_refused(ran, "--voxel-mm: found 0.01");
+  EXPECT_THAT(ran.err, Not(HasSubstr("memory are needed"))) << "the message before a mesh is filled";
 }
 
 TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
