@@ -1,0 +1,840 @@
+#include "engine/app/hands/expert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "engine/app/hands/expert_terrain.h"
+#include "engine/app/hands/task_student.h"
+#include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+#include "engine/session/task.h"
+#include "haptics/fill.h"
+#include "haptics/scripted_hand.h"
+
+namespace typodont {
+
+namespace {
+
+/// Planned forces of the cuts, as multiples of the task's mean force. ExpertHand adjusts its lead (distance ahead of
+/// the tool) until the force equals the planned force.
+struct CutForce {
+  // `rough` for the bulk of the tissue if another tool cuts the final surface; `bulk` for the bulk if the same tool
+  // cuts the final surface; `finishing` for the final surface
+  static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
+  // For the bulk of the tissue if a coarse tool cuts. A coarse tool needs less energy per volume than the tissue's
+  // specific energy.
+  static constexpr double coarse = 2.7;
+  // upper limit of the planned force, as a fraction of the largest force that the task accepts
+  static constexpr double below_most = 0.9;
+};
+
+/// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
+struct Joining {
+  // Cosines of the angle between two consecutive strokes. If the cosine is above straight_on, the hand keeps its full
+  // speed. If it is below `turn`, the hand slows down most.
+  static constexpr double straight_on = 0.9, turn = 0.3;
+  // m/s, speeds of the hand where one stroke ends and the next begins. The speed depends on the cosine of the angle
+  // between the strokes: it is aside_pace if the cosine lies between `turn` and `straight_on`, and turn_pace if the
+  // cosine is smaller than `turn`.
+  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
+  static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
+  // m; two strokes with a gap smaller than this count as one continuous stroke
+  static constexpr double no_gap = 1e-6;
+  // m, largest length of a run (consecutive strokes of a hand instrument)
+  static constexpr double longest_run = 3e-3;
+  // m; two strokes with a gap smaller than this are joined without lifting the tool
+  static constexpr double joined = 0.6e-3;
+  // m, height of the tool above the highest obstacle on the path between two strokes
+  static constexpr double hop = 0.5e-3;
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
+  // m, smallest horizontal distance between the tool and obstacles on the path to the next stroke
+  static constexpr double beside = 0.3e-3;
+  static constexpr double above = 1.0e-3;  // m, when the tool travels, it is at this height above the highest tissue
+  static constexpr double run_up = 0.6;    // s, time that the drill gets to reach its speed
+};
+
+/// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to treat a larger body than a tooth.
+/// So all lengths of the hand's motion are multiplied by the ratio of the task's voxel size to this size.
+constexpr double kVoxelOfATooth = 0.15e-3;
+
+ExpertGrip grip_of(const Scene& scene, double voxel) {
+  ExpertGrip grip;
+  grip.size = std::max(1.0, voxel / kVoxelOfATooth);
+  for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
+    if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
+    if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = CutForce::below_most * rule.target;
+  }
+  // The default limit of the largest force is meant for teeth. The task of another body may require a mean force above
+  // this limit; then the largest force is not limited.
+  if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
+  if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
+  return grip;
+}
+
+/// Parameters for the choice and the order of the cutting tools.
+struct ToolChoice {
+  // pass: distance between two passes, as a fraction of the tool's diameter; least_pass, most_pass: m, its bounds
+  static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.5e-3;
+  // For a coarse tool. coarse_pass: distance between two passes, as a fraction of the tool's diameter;
+  // most_coarse_pass: m, upper bound of this distance. At this bound, the tool's round end leaves ridges of 0.04 mm.
+  static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
+  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so the instrument keeps
+  // a distance. If it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
+  static constexpr double edge_allowance = -0.02e-3;
+  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
+  // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
+  // score tolerates
+  static constexpr double least_cut = 0.015e-3;
+  // Choice of the next cutting tool. The error is the volume that differs from the ideal result. A tool is good enough
+  // if it reduces the error by at least (1 - tolerated_loss) of what the best tool achieves. Of the tools that are good
+  // enough, the widest is chosen, because it is the fastest.
+  static constexpr double tolerated_loss = 0.12;
+  static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
+  // Ratio of two errors (volumes that differ from the ideal result): the error after the best tool, divided by the
+  // error after the chosen tool. If the ratio is smaller than this, the chosen tool cuts only the bulk, and another
+  // tool cuts the final surface.
+  static constexpr double hardly_less = 0.6;
+  // Two conditions for using another tool; both must be met. The error is the volume that differs from the ideal
+  // result. needed_reduction: the tool must leave less than this fraction of the present error. least_gain: the tool
+  // must reduce the error by at least this fraction of the error at the task's start.
+  static constexpr double needed_reduction = 0.9, least_gain = 0.012;
+  static constexpr std::size_t most_tools = 3, most_tried = 5;
+};
+
+/// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
+/// that is nearest to the instrument's free end.
+struct Filling {
+  // m, height above the tissue at which the instrument moves to the place of the next portion of filling
+  static constexpr double hop_over = 0.3e-3;
+  static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
+  static constexpr int head_points = 120;
+  static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
+  // The instrument is lowered in steps. A step is at most this fraction of the distance between the instrument and the
+  // tissue.
+  static constexpr double trusted = 0.7;
+  static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
+  // height and radius of a portion of filling, as fractions of the largest distance at which the instrument can add
+  // filling
+  static constexpr double portion_height = 0.6, portion_radius = 0.98;
+  // largest height of the instrument above the cavity's floor, as a multiple of the instrument's radius; at a larger
+  // height, the instrument would be nearer to a wall than to the floor
+  static constexpr double below_wall = 0.8;
+  // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this wall in steps of the length
+  // `nudge`
+  static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
+  // m; the instrument leaves a hole in the filling. It rises in steps of this length, and fills the hole at each step.
+  static constexpr double rise = 0.3e-3;
+  // voxels, smallest distance between the dome of filling and the instrument's head
+  static constexpr double head_free = 0.5;
+  // Smallest length of a distance field's gradient near a single surface (exactly, the length is 1 there). If the
+  // gradient at a point is shorter than this, the point is assumed to lie midway between two surfaces.
+  static constexpr double one_surface = 0.5;
+  // m, largest height of the instrument's end above the final contour: `proud` in the first pass of filling, `overfill`
+  // in the second pass
+  static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
+  // Cost of unwanted filling, relative to the gain of the same volume of wanted filling. carved_again, overfilled: low
+  // costs over the cavity in the first and in the second pass of filling, because this excess is carved away later.
+  // flash: high cost on the enamel beside the cavity, because a hand instrument hardly removes this excess.
+  static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
+  // voxels, depth of a test point below the final contour. A position above the contour counts as over the cavity if
+  // the test point under this position was empty before the task.
+  static constexpr double rim = 0;
+  // m; added filling counts as a gain only up to this height above the lowest voxel that still lacks filling
+  static constexpr double layer = 0.6e-3;
+  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
+  static constexpr double whole_voxel = 0.9;
+  // m³, smallest volume of a portion of filling; the instrument can add this volume in one tick
+  static constexpr double least_volume = 0.004e-9;
+  static constexpr int at_once = 1;  // number of portions of filling that one plan adds
+  // A portion of filling is abandoned after `longer` times its nominal duration, plus `least_time` (s).
+  static constexpr double longer = 1.2, least_time = 0.1;
+};
+
+/// Parameters that decide when the hand stops cutting and filling.
+struct Rounds {
+  // Another round of cutting is planned if filling was added since the last round. Otherwise, it is planned only if the
+  // last round reduced the error (the volume that differs from the ideal result) to less than this fraction.
+  static constexpr double still_left = 0.5;
+  static constexpr int most_cuts = 4;  // largest number of rounds of cutting
+  // m; in the first carving, excess filling stays if it is not thicker than this
+  static constexpr double clearly_too_high = 0.1e-3;
+  // m³; if a layer of filling reduces the missing volume by less than this, it counts as useless
+  static constexpr double least_layer = 0.01e-9;
+  // after this number of consecutive useless layers, the next filling instrument is used
+  static constexpr int most_vain = 3;
+};
+
+/// Returns the volume (m³) in which the tissue differs from the task's ideal result.
+double remaining_difference(const session::Preparation& in) {
+  double sum = 0;
+  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
+    sum += std::abs(session::fraction_inside(static_cast<double>(in.after.distance[i])) -
+                    session::fraction_inside(static_cast<double>(in.ideal.distance[i])));
+  }
+  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+}
+
+/// Returns the volume (m³) in which filling is missing.
+double missing_in(const session::Preparation& in) {
+  double sum = 0;
+  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
+    sum += std::max(0.0, session::fraction_inside(static_cast<double>(in.ideal.distance[i])) -
+                             session::fraction_inside(static_cast<double>(in.after.distance[i])));
+  }
+  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+}
+
+/// Returns the mean diameter (m) of a tool's head over its length.
+double mean_width(const haptics::Tool& tool) {
+  constexpr int kPlaces = 16;
+  double sum = 0;
+  for (int k = 0; k < kPlaces; ++k) sum += 2 * tool.profile(tool.half() * (2 * (k + 0.5) / kPlaces - 1));
+  return sum / kPlaces;
+}
+
+class Plan {
+ public:
+  /// Begins a plan. `filled`: positions at which earlier plans added portions of filling; this plan appends its own
+  /// positions.
+  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
+       const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
+      : grip_(grip),
+        whole_(whole),
+        filled_(filled),
+        around_(around),
+        tools_(haptics::tool_set(scene.servo)),
+        judge_(judge),
+        state_(now.clone()),
+        axis_(glm::normalize(scene.task->axis_W)) {
+    glm::ivec3 lo, hi;
+    now.bounds(lo, hi);
+    for (int corner = 0; corner < 8; ++corner) {
+      const dvec3 p =
+          now.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
+      top_ = std::max(top_, glm::dot(p, axis_));
+    }
+    for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
+  }
+
+  /// Plans the cutting with one tool after the other. Ends when no other tool would reduce the error enough
+  /// (ToolChoice). Tissue thinner than `least_thickness` (m) is not cut.
+  void cut(bool by_hand, double least_thickness = 0) {
+    std::vector<bool> used(tools_.size());
+    for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
+      session::Preparation now = judge_.preparation(state_);
+      const double before = remaining_difference(now);
+      now.before = now.after;  // the next strokes start from the tissue that the earlier strokes leave
+      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
+      std::vector<Candidate> candidates;
+      double least = most;
+      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::most_tried; ++i) {
+        const haptics::Tool& tool = tools_[i];
+        if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
+        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true, least_thickness)};
+        haptics::TissueVolume after = state_.clone();
+        carve_strokes(after, tool, candidate.strokes);
+        candidate.left = remaining_difference(judge_.preparation(after));
+        least = std::min(least, candidate.left);
+        candidates.push_back(std::move(candidate));
+      }
+      Candidate* best = nullptr;
+      for (Candidate& c : candidates) {
+        if (c.left >= most || c.left > least + ToolChoice::tolerated_loss * (before - least)) continue;
+        const double wider = best ? mean_width(tools_[c.tool]) - mean_width(tools_[best->tool]) : 1;
+        if (wider > ToolChoice::same_width || (wider > -ToolChoice::same_width && c.left < best->left)) best = &c;
+      }
+      if (!best) return;
+      used[best->tool] = true;
+      const haptics::Tool& tool = tools_[best->tool];
+      const bool other_finishes = least < ToolChoice::hardly_less * best->left;
+      const std::vector<Stroke> strokes =
+          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, least_thickness) : std::move(best->strokes);
+      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
+                best->left * 1e9);
+      if (goes_straight_in(strokes)) go_up_by_sizes(best->tool, strokes.front());
+      const Terrain terrain(state_, around_, axis_);
+      carve_strokes(state_, tool, strokes);
+      take(static_cast<std::uint32_t>(best->tool), !by_hand);
+      follow(strokes, by_hand, terrain,
+             tool.energy_ratio < 1 ? CutForce::coarse
+             : other_finishes      ? CutForce::rough
+                                   : CutForce::bulk);
+    }
+  }
+
+  /// Returns the number of filling instruments in the tool set.
+  std::size_t fillers() const {
+    return static_cast<std::size_t>(
+        std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
+  }
+  /// Plans portions of filling. `coarser`: index of the filling instrument, sorted by reach; 0: the smallest reach,
+  /// which is the finest instrument. `over`: true in the second pass, in which the instrument may stand higher above
+  /// the contour, and excess filling costs less. If no portion improves the result, the plan stays empty.
+  void fill(std::size_t coarser, bool over) {
+    over_ = over;
+    std::vector<std::uint32_t> by_reach;
+    for (std::uint32_t i = 0; i < tools_.size(); ++i) {
+      if (tools_[i].fill != Tissue::kAir) by_reach.push_back(i);
+    }
+    std::stable_sort(by_reach.begin(), by_reach.end(),
+                     [&](auto a, auto b) { return tools_[a].fill_reach < tools_[b].fill_reach; });
+    fill_with(by_reach[coarser]);
+  }
+
+  struct Candidate {
+    std::size_t tool = 0;
+    double left = 0;  // m³, volume that differs from the ideal result after the planned cuts
+    std::vector<Stroke> strokes;
+  };
+  std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
+                           double least_thickness) const {
+    const bool coarse = tool.energy_ratio < 1;
+    const double step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
+                                   grip_.size * ToolChoice::least_pass,
+                                   grip_.size * (coarse ? ToolChoice::most_coarse_pass : ToolChoice::most_pass));
+    return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
+                        around_, finish, grip_.size,
+                        by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
+  }
+  /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
+  /// multiple of the task's mean force.
+  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
+    double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
+    for (std::size_t i = 0; i < strokes.size(); ++i) {
+      const Stroke& s = strokes[i];
+      const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
+      if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
+      force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : CutForce::finishing));
+      if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
+      if (s.in_air) {
+        add(ExpertLeg::Kind::kMove, s.to);
+        run = 0;
+        continue;
+      }
+      add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
+      run += glm::length(s.to.p - s.from.p);
+      legs_.back().rough = legs_.back().coarse && s.bulk;
+      if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {
+        run = 0;
+        if (legs_.back().coarse) legs_.back().end_pace = Joining::turn_pace;
+      } else {
+        legs_.back().end_pace = pace_over(s, strokes[i + 1]) * (legs_.back().coarse ? Joining::coarse_haste : 1);
+      }
+    }
+    lift();
+  }
+  /// Returns the speed (m/s) of the hand at the transition from one stroke to the next stroke.
+  static double pace_over(const Stroke& s, const Stroke& next) {
+    const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
+    const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
+    return cosine > Joining::straight_on ? kExpertCutPace
+           : cosine > Joining::turn      ? Joining::aside_pace
+                                         : Joining::turn_pace;
+  }
+  bool goes_straight_in(const std::vector<Stroke>& strokes) const {
+    // a stroke counts as parallel to the axis if the cosine of the angle between stroke and axis is above this limit
+    constexpr double kStraight = 1 - 1e-9;
+    return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
+  }
+  /// Prepares a hole for the stroke `in` of the tool `last`, as a set of reamers does: adds the same stroke for every
+  /// narrower tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke
+  /// of `last` itself.
+  void go_up_by_sizes(std::size_t last, const Stroke& in) {
+    std::vector<std::uint32_t> sizes;
+    for (std::uint32_t i = 0; i < tools_.size(); ++i) {
+      const bool narrower = tools_[i].diameter < tools_[last].diameter - ToolChoice::same_width;
+      if (narrower && tools_[i].shape == tools_[last].shape && tools_[i].turns()) sizes.push_back(i);
+    }
+    std::sort(sizes.begin(), sizes.end(), [&](auto a, auto b) { return tools_[a].diameter < tools_[b].diameter; });
+    for (const std::uint32_t i : sizes) {
+      Stroke stroke = in;
+      stroke.to.p += (tools_[i].half() - tools_[last].half()) * axis_;
+      const Terrain terrain(state_, around_, axis_);
+      carve_strokes(state_, tools_[i], {stroke});
+      take(i, /*drill=*/true);
+      follow({stroke}, /*by_hand=*/false, terrain, CutForce::rough);
+    }
+  }
+  bool idle() const { return legs_.empty(); }
+  std::vector<ExpertLeg> take_legs() { return std::move(legs_); }
+  haptics::TissueVolume take_state() { return std::move(state_); }
+
+ private:
+  void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].energy_ratio < 1});
+  }
+  Pose over(Pose pose) const {
+    pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;
+    return pose;
+  }
+  void lift() {
+    if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
+  }
+  /// Moves to a point high above `to`, over all obstacles on the path. `lifts`: true if the tool first moves straight
+  /// up from its last position.
+  void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
+    const haptics::Tool& tool = tools_[tool_];
+    const dvec3 from = legs_.back().to.p;
+    const double beside = std::max(tool.radius(), Joining::shank_radius) + Joining::beside;
+    double height = terrain.highest(from, to.p, beside) + tool.half() + Joining::hop;
+    height = std::max({height, glm::dot(to.p, axis_), lifts ? glm::dot(from, axis_) : -1e9});
+    const auto raised = [&](Pose pose) {
+      pose.p += (height - glm::dot(pose.p, axis_)) * axis_;
+      return pose;
+    };
+    if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
+    add(ExpertLeg::Kind::kMove, raised(to));
+  }
+  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion of
+  /// filling that was just added.
+  void hop(const Pose& to, double height) {
+    Pose up = legs_.back().to, across = to;
+    up.p += (height - glm::dot(up.p, axis_)) * axis_;
+    across.p += (height - glm::dot(to.p, axis_)) * axis_;
+    add(ExpertLeg::Kind::kMove, up);
+    add(ExpertLeg::Kind::kMove, across);
+    add(ExpertLeg::Kind::kMove, to);
+  }
+  void take(std::uint32_t tool, bool drill) {
+    lift();
+    pedal_ = 0;
+    tool_ = tool;
+    const Pose here = legs_.empty() ? over({axis_ * top_, toward(axis_)}) : legs_.back().to;
+    add(ExpertLeg::Kind::kTake, here);
+    pedal_ = drill ? 1 : 0;
+    if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
+  }
+
+  /// A filling instrument whose shank is parallel to the preparation's axis.
+  struct Instrument {
+    const haptics::Tool& tool;
+    dquat R_WT;
+    dvec3 u, v, w;             // the instrument's axes in frame W
+    double half;               // m, distance from the head's centre to its free end
+    std::vector<dvec3> head;   // m, points on the head's surface, relative to the head's centre, in the axes of frame W
+    haptics::HeadField field;  // m, distance field of the head
+    Instrument(const haptics::Tool& t, const dvec3& axis)
+        : tool(t),
+          R_WT(toward(axis)),
+          u(R_WT * dvec3(1, 0, 0)),
+          v(R_WT * dvec3(0, 1, 0)),
+          w(R_WT * dvec3(0, 0, 1)),
+          half(t.half()),
+          field(t, 1) {
+      for (const haptics::HeadSample& sample : haptics::sample_head(t, Filling::head_points))
+        head.push_back(R_WT * sample.p_TQ);
+    }
+    dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
+  };
+  /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
+  struct Portion {
+    Pose X_WT;
+    dvec3 center;  // m, centre of the dome (the curved surface of a portion of filling)
+    // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
+    // wanted: for each k and each height level, the number of voxels in the dome up to this level in which filling is
+    // missing.
+    std::vector<double> excess, wanted;
+    // Height levels of the member `wanted`, in m along the preparation's axis. lowest: height of the lowest level;
+    // step: distance between two levels.
+    double lowest = 0, step = 0;
+    std::size_t level(double height) const {
+      return static_cast<std::size_t>(
+          std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
+    }
+  };
+  /// A position of the instrument's axis (m along u and v), and the portion of filling that would be added there.
+  struct Spot {
+    double a = 0, b = 0;
+    std::optional<Portion> portion;
+  };
+
+  /// Plans portions of filling for the lowest voxels in which filling is missing. Deep voxels are filled first, because
+  /// later filling would make them unreachable.
+  void fill_with(std::uint32_t which) {
+    const haptics::Tool& tool = tools_[which];
+    session::Preparation layer = judge_.preparation(state_);
+    const Instrument instrument(tool, axis_);
+    std::vector<Spot> spots = spots_for(instrument, layer);
+    for (const FilledSpot& filled : filled_) {
+      if (filled.tool == which)
+        spots.push_back({filled.a, filled.b, portion_at(instrument, layer, filled.a, filled.b)});
+    }
+    const double above = top_of(layer.frame, layer.after) + instrument.half + Filling::hop_over;
+    int portions = 0;
+    for (const dvec3& q : lowest_first(layer)) {
+      if (portions == Filling::at_once) break;
+      const glm::ivec3 v(q);
+      // Skips a voxel that a portion of filling in this plan already fills.
+      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
+      double radius = 0;  // voxels, radius of the dome of filling
+      const Portion* const best = best_for(q, layer, instrument, spots, radius);
+      if (!best) continue;
+      const Portion portion = *best;
+      radius *= layer.frame.voxel;
+      const haptics::Fill dome(tool, portion.center, radius, portion.X_WT, layer.frame);
+      const double volume = put(dome, layer);
+      if (volume < Filling::least_volume) continue;
+      state_.fill(haptics::Fill(tool, portion.center, radius, portion.X_WT, state_.frame()));
+      filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
+      if (portions++ == 0) take(which, false);
+      hop(portion.X_WT, above);
+      press(instrument, portion.X_WT, volume);
+      withdraw(instrument, portion, radius, layer);
+      const double a = glm::dot(portion.center, instrument.u), b = glm::dot(portion.center, instrument.v);
+      for (Spot& spot : spots) {
+        if (std::hypot(spot.a - a, spot.b - b) < 2 * tool.fill_reach)
+          spot.portion = portion_at(instrument, layer, spot.a, spot.b);
+      }
+    }
+    if (portions > 0) lift();
+  }
+
+  /// Adds a step that keeps the pedal pressed until `volume` (m³) has been filled.
+  void press(const Instrument& instrument, const Pose& X_WT, double volume) {
+    pedal_ = 1;
+    add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
+        volume);
+    pedal_ = 0;
+  }
+
+  /// Fills the hole that the instrument leaves in a dome of `radius` (m): the instrument rises in steps and fills a
+  /// small dome under its free end at each step. Otherwise later domes would cover the hole, and a void would remain.
+  void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
+    const haptics::Tool& tool = instrument.tool;
+    const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
+    const double a = glm::dot(from.X_WT.p, instrument.u), b = glm::dot(from.X_WT.p, instrument.v),
+                 first = glm::dot(from.X_WT.p, instrument.w),
+                 top = glm::dot(from.center, instrument.w) + radius + instrument.half;
+    for (int step = 1; first + step * Filling::rise < top; ++step) {
+      const auto portion = portion_standing(instrument, layer, a, b, first + step * Filling::rise);
+      if (!portion) return;
+      const double gap = glm::length(instrument.end(portion->X_WT) - portion->center);
+      const double small = std::hypot(hole, gap) + Filling::whole_voxel * voxel;
+      const double volume = put(haptics::Fill(tool, portion->center, small, portion->X_WT, layer.frame), layer);
+      if (volume < Filling::least_volume) continue;
+      state_.fill(haptics::Fill(tool, portion->center, small, portion->X_WT, state_.frame()));
+      add(ExpertLeg::Kind::kMove, portion->X_WT);
+      press(instrument, portion->X_WT, volume);
+    }
+  }
+
+  /// Returns the centres of the voxels in which filling is missing, the lowest first.
+  std::vector<dvec3> lowest_first(const session::Preparation& in) const {
+    std::vector<std::pair<double, dvec3>> by_height;
+    for (int x = 0; x < in.after.size.x; ++x) {
+      for (int y = 0; y < in.after.size.y; ++y) {
+        for (int z = 0; z < in.after.size.z; ++z) {
+          if (!to_fill(in, in.after.at(x, y, z))) continue;
+          const dvec3 q(x, y, z);
+          by_height.push_back({glm::dot(in.frame.to_world(q), axis_), q});
+        }
+      }
+    }
+    std::stable_sort(by_height.begin(), by_height.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<dvec3> voxels;
+    for (const auto& [height, q] : by_height) voxels.push_back(q);
+    return voxels;
+  }
+
+  /// Finds the best portion of filling for the voxel q, in which filling is missing, and the radius of this portion in
+  /// voxels. Null if no portion has a gain. The gain is the missing volume that the portion fills, minus the cost of
+  /// excess filling. Only the volume up to a height of Filling::layer above q counts, because filling at larger heights
+  /// would block the instrument.
+  const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
+                          const std::vector<Spot>& spots, double& radius) const {
+    const Portion* best = nullptr;
+    double most = 0;
+    for (const Spot& spot : spots) {
+      if (!spot.portion) continue;
+      const Portion& portion = *spot.portion;
+      const double least = glm::length(q - in.frame.to_voxels(portion.center)) + Filling::whole_voxel;
+      const dvec3 p_TQ = glm::conjugate(instrument.R_WT) * (in.frame.to_world(q) - portion.X_WT.p);
+      if (instrument.field.distance(p_TQ) <= Filling::head_free * in.frame.voxel) continue;
+      const std::size_t level = portion.level(glm::dot(in.frame.to_world(q), axis_) + Filling::layer);
+      for (std::size_t k = 0; k < portion.excess.size(); ++k) {
+        const double r = std::min(static_cast<double>(k + 1), most_radius(in, instrument));
+        const double gain = portion.wanted[2 * portion.excess.size() * k + level] - portion.excess[k];
+        if (r < least || gain <= most) continue;
+        most = gain;
+        radius = r;
+        best = &portion;
+      }
+    }
+    return best;
+  }
+  /// Returns the largest radius (voxels) of a dome of filling that the instrument can add.
+  static double most_radius(const session::Preparation& in, const Instrument& instrument) {
+    return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
+  }
+
+  /// Adds the dome of filling to the planned tissue. Returns the added volume, m³.
+  static double put(const haptics::Fill& dome, session::Preparation& layer) {
+    const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
+    if (glm::any(glm::lessThan(to, from))) return 0;
+    const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
+    PerTissue added{};
+    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
+               row * static_cast<std::size_t>(layer.after.size.y), row, &added);
+    return total(added) * std::pow(layer.frame.voxel, 3);
+  }
+
+  /// Makes a grid of positions of the instrument above the voxels in which filling is missing.
+  std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
+    glm::dvec2 lo(1e9), hi(-1e9);
+    for (int x = 0; x < layer.after.size.x; ++x) {
+      for (int y = 0; y < layer.after.size.y; ++y) {
+        for (int z = 0; z < layer.after.size.z; ++z) {
+          if (!to_fill(layer, layer.after.at(x, y, z))) continue;
+          const dvec3 p = layer.frame.to_world(dvec3(x, y, z));
+          const glm::dvec2 q(glm::dot(p, instrument.u), glm::dot(p, instrument.v));
+          lo = glm::min(lo, q), hi = glm::max(hi, q);
+        }
+      }
+    }
+    const double edge = 0.5 * instrument.tool.fill_reach;
+    std::vector<Spot> spots;
+    for (double b = lo.y - edge; b <= hi.y + edge; b += Filling::grid) {
+      for (double a = lo.x - edge; a <= hi.x + edge; a += Filling::grid)
+        spots.push_back({a, b, portion_at(instrument, layer, a, b)});
+    }
+    return spots;
+  }
+
+  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
+  /// filling. Returns the portion of filling that the instrument adds there.
+  std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
+                                    double b) const {
+    const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
+    const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
+    const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
+    // Returns the free space (voxels) around the instrument at the height c: the distance to the tissue minus the
+    // required clearance Filling::free. 0 if the tissue is nearer than this clearance.
+    const auto room = [&](double c) {
+      double least = 1e9;
+      for (const dvec3& p : instrument.head) {
+        least = std::min(least, layer.after.sample(layer.frame.to_voxels(at(c) + p)) - Filling::free);
+        if (least <= 0) return 0.0;
+      }
+      return least;
+    };
+    const auto clear = [&](double c) { return room(c) > 0; };
+    const dvec3 size = dvec3(layer.after.size - 1) * h;
+    const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w),
+                 span = 0.5 * glm::length(size);
+    double c = middle + span + half;
+    while (c > middle - span) {
+      const double below = room(c - Filling::down);
+      if (below <= 0) break;
+      // Lowers the instrument by a multiple of Filling::down. The multiple grows with the distance of the tissue below
+      // the instrument.
+      c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
+    }
+    // If a wall is near, moves the instrument to this wall. Otherwise a slit between instrument and wall would stay
+    // unfilled.
+    dvec3 aside = layer.after.gradient(end(c + reach));
+    aside -= glm::dot(aside, instrument.w) * instrument.w;
+    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
+        glm::length(aside) > Filling::one_surface) {
+      const dvec3 step = Filling::nudge * glm::normalize(aside);
+      for (double moved = 0; moved < Filling::near_wall; moved += Filling::nudge) {
+        a -= glm::dot(step, instrument.u), b -= glm::dot(step, instrument.v);
+        if (clear(c)) continue;
+        a += glm::dot(step, instrument.u), b += glm::dot(step, instrument.v);
+        break;
+      }
+    }
+    const double height = std::min(Filling::portion_height * reach, Filling::below_wall * instrument.tool.radius());
+    for (const double from = c; way_down(instrument, layer, end(c)) < height && c < from + height;
+         c += 0.5 * Filling::down) {
+      if (layer.ideal.sample(end(c)) * h > (over_ ? Filling::overfill : Filling::proud)) break;
+    }
+    return portion_standing(instrument, layer, a, b, c);
+  }
+
+  /// Returns the portion of filling (a dome) that the instrument adds when the centre of its head is at (a, b, c), in
+  /// coordinates along the instrument's axes. The dome's centre is the surface point nearest to the instrument's free
+  /// end, as in the servo. If the free end is midway between two walls, the dome's centre is the surface point straight
+  /// below the free end. Returns no value if the instrument reaches no surface.
+  std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
+                                          double b, double c) const {
+    const double reach = instrument.tool.fill_reach;
+    const Pose X_WT{a * instrument.u + b * instrument.v + c * instrument.w, instrument.R_WT};
+    dvec3 center = instrument.end(X_WT);
+    const dvec3 end = layer.frame.to_voxels(center), g = layer.after.gradient(end);
+    const double gap = layer.after.sample(end) * layer.frame.voxel;
+    if (gap <= 0 || gap > reach) return std::nullopt;
+    if (glm::length(g) >= Filling::one_surface) {
+      center -= gap * glm::normalize(g);
+    } else {
+      const double way = way_down(instrument, layer, end);
+      if (way >= reach) return std::nullopt;
+      center -= way * instrument.w;
+    }
+    Portion portion{X_WT, center, {}, {}};
+    measure(layer, instrument, portion);
+    return portion;
+  }
+
+  /// Returns the distance (m) from p (voxels) straight down to the tissue. It is limited to the reach of the
+  /// instrument.
+  static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
+    const double reach = instrument.tool.fill_reach;
+    double way = 0;
+    while (way < reach && layer.after.sample(p - way / layer.frame.voxel * instrument.w) > 0) way += Filling::down;
+    return way;
+  }
+
+  void measure(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
+    const dvec3 c = in.frame.to_voxels(portion.center);
+    const double most = most_radius(in, instrument);
+    const dquat R_TW = glm::conjugate(instrument.R_WT);
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)),
+                     hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
+    const std::size_t bins = static_cast<std::size_t>(most) + 1, levels = 2 * bins;
+    portion.lowest = glm::dot(portion.center, instrument.w) - static_cast<double>(bins) * in.frame.voxel;
+    portion.step = in.frame.voxel;
+    portion.excess.assign(bins, 0);
+    portion.wanted.assign(bins * levels, 0);
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          const dvec3 p(x, y, z);
+          const double away = glm::length(p - c);
+          const std::size_t i = in.after.at(x, y, z);
+          if (away > most || in.after.distance[i] <= 0) continue;
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <=
+              Filling::head_free * in.frame.voxel)
+            continue;
+          const auto k = static_cast<std::size_t>(away);
+          if (to_fill(in, i)) {
+            portion.wanted[k * levels + portion.level(glm::dot(in.frame.to_world(p), instrument.w))] += 1;
+          } else {
+            portion.excess[k] += excess_cost(in, p);
+          }
+        }
+      }
+    }
+    std::partial_sum(portion.excess.begin(), portion.excess.end(), portion.excess.begin());
+    for (std::size_t k = 0; k < bins; ++k) {
+      double* const row = &portion.wanted[k * levels];
+      std::partial_sum(row, row + levels, row);
+      for (std::size_t j = 0; k > 0 && j < levels; ++j) row[j] += row[j - levels];
+    }
+  }
+
+  /// Returns the cost of unwanted filling in the voxel at p (voxels): low over the cavity, high beside it.
+  double excess_cost(const session::Preparation& in, const dvec3& p) const {
+    const dvec3 g = in.ideal.gradient(p);
+    const double slope = glm::length(g);
+    if (slope < Filling::one_surface) return Filling::flash;
+    const dvec3 below = p - (in.ideal.sample(p) + Filling::rim) / slope * g;
+    return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
+  }
+
+  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal result, and belongs to
+  /// the volume that the task changes.
+  static bool to_fill(const session::Preparation& in, std::size_t i) {
+    return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
+  }
+
+  /// Returns the height (m along the preparation's axis) of the highest point of the tissue.
+  double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
+    double top = -1e9;
+    for (int x = 0; x < field.size.x; ++x) {
+      for (int y = 0; y < field.size.y; ++y) {
+        for (int z = 0; z < field.size.z; ++z) {
+          if (field.distance[field.at(x, y, z)] < 0)
+            top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
+        }
+      }
+    }
+    return top;
+  }
+
+  const ExpertGrip grip_;
+  double whole_;  // m³, volume that differed from the ideal result at the task's start
+  std::vector<FilledSpot>& filled_;
+  const SurroundingsShape* around_;
+  std::span<const haptics::Tool> tools_;
+  const TaskEvaluator& judge_;
+  haptics::TissueVolume state_;
+  dvec3 axis_;
+  // m along the axis: height of the tissue's top, and height at which the tool travels
+  double top_ = -1e9, above_ = -1e9;
+  std::vector<ExpertLeg> legs_;
+  double pedal_ = 0;
+  double force_ = 0;  // N, force of the cuts that are added to the plan next
+  std::uint32_t tool_ = 0;
+  // true in the second pass of filling. In this pass, filling may rise above the final contour, because the excess is
+  // carved away later.
+  bool over_ = false;
+};
+
+}  // namespace
+
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
+    : scene_(scene),
+      grip_(grip_of(scene, start.frame().voxel)),
+      judge_(scene, start),
+      around_(monitored_shape(scene.surroundings)),
+      whole_(0) {
+  if (!judge_.has_ideal()) {
+    throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
+  }
+  whole_ = remaining_difference(judge_.preparation(start));
+}
+
+std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
+  Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
+  // Chooses the instrument. If several consecutive layers hardly reduced the missing volume, the next instrument is
+  // chosen, which reaches farther.
+  const double missing = missing_in(judge_.preparation(now));
+  useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
+  missing_ = std::min(missing_, missing);
+  if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
+  if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
+    // Starts the second pass of filling, after the first carving. It fills what is still missing, and more; the excess
+    // is carved away later.
+    layers_cut_ = layers_;
+    instrument_ = plan.fillers();
+    useless_layers_ = 0;
+    missing_ = missing;
+  }
+  if (cuts_ <= (layers_cut_ > 0 ? 1 : 0)) {
+    while (plan.idle() && instrument_ < 2 * plan.fillers()) {
+      plan.fill(instrument_ % plan.fillers(), /*over=*/instrument_ >= plan.fillers());
+      if (plan.idle()) ++instrument_;
+    }
+  }
+  std::vector<ExpertLeg> legs = plan.take_legs();
+  const double off = remaining_difference(judge_.preparation(now));
+  if (!legs.empty()) {
+    ++layers_;
+  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
+    if (layers_ > 0 && cuts_ == 0)
+      log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
+                (off - missing) * 1e9);
+    plan.cut(/*by_hand=*/false);
+    // If filling continues after this carving, the excess on the surface is filled over again. So the first carving
+    // leaves thin excess, and removes only excess that is thicker than a limit.
+    const bool filling_resumes = layers_ > 0 && cuts_ == 0;
+    plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
+    legs = plan.take_legs();
+    if (!legs.empty()) ++cuts_;
+    if (cuts_ > 1) layers_cut_ = layers_;
+    off_ = off;
+  }
+  planned_ = plan.take_state();
+  if (legs.empty() && layers_ + cuts_ == 0) {
+    throw Error(scene_.file.string(), "\"tools\"", "no tool that brings the tissue nearer to the task's ideal",
+                "one that cuts or fills there");
+  }
+  return legs;
+}
+
+}  // namespace typodont
