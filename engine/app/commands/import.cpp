@@ -339,7 +339,8 @@ void add_import_command(cli::Command& app) {
       ->check(cli::one_of({"tooth", "bone", "jaw", "arch"}))
       ->show_default();
   command->add_option("--series", a->series, "of several in DICOM files, as the message without it numbers them");
-  command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1, a large one: more)");
+  command->add_option("--voxel-mm", a->voxel_mm,
+                      "voxel of the result; default: the scan's smallest (a mesh: 0.1, a large one: more)");
   command->add_option("--spacing-mm", a->spacing,
                       "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
   command->add_option("--region-mm", a->region,
