@@ -49,6 +49,8 @@ class LiveHands : public testing::Test {
  protected:
   LiveHands() : folder(TYPODONT_PROGRAM), board(folder.path() / "arm", haptics::read_arm("assets/devices/woody.json")) {
     folder.write("scene.json", kScene);
+    // A shell that starts the tests in the background makes them ignore these signals, and the program inherits this.
+    for (const int signal : {SIGHUP, SIGINT, SIGQUIT}) ::signal(signal, SIG_DFL);
     // Uses the shipped assets, and a Woody arm whose watchdog waits as long as is allowed. The result must not depend
     // on whether the machine stalls for a millisecond. The usual limit of 1.8 ms is tested in simulated time.
     std::string preset = test::read_text("assets/devices/woody.json");

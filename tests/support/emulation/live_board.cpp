@@ -1,5 +1,6 @@
 #include "tests/support/emulation/live_board.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
 #include <unistd.h>
@@ -47,6 +48,9 @@ void LiveBoard::plug_in() {
   int master, slave;
   char name[128];
   if (::openpty(&master, &slave, name, nullptr, nullptr) != 0) std::abort();
+  // While no program reads, the line is full after a second. Then the board drops its reports, as a real one does. If
+  // it waited instead, its clock would stop for ever after a program has ended.
+  ::fcntl(master, F_SETFL, ::fcntl(master, F_GETFL) | O_NONBLOCK);
   master_ = haptics::Descriptor(master);
   slave_ = haptics::Descriptor(slave);  // kept open, so that a program that closes it does not close the line
   std::error_code code;
@@ -84,7 +88,7 @@ void LiveBoard::with(const std::function<void(EmulatedArm&)>& what) {
 
 void LiveBoard::serve() {
   enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // the firmware must not be late
-  std::string in;
+  std::string in, out;
   Nanos real = now() - time_.true_now();
   while (!ending_) {
     char buffer[512];
@@ -109,8 +113,10 @@ void LiveBoard::serve() {
       now_ = to_seconds(time_.true_now());
       if (most > worst_) worst_ = most;
     }
-    if (n > 0) [[maybe_unused]]
-      const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
+    if (n > 0 && out.empty()) out.assign(report, report + n);
+    // The rest of a report for which the line has no room is sent later.
+    if (const ssize_t sent = ::write(master_.get(), out.data(), out.size()); sent > 0)
+      out.erase(0, static_cast<std::size_t>(sent));
     // A delayed board does not catch up, because the hand would jump.
     real = std::max(real, now() - time_.true_now() - 2'000'000);
     sleep_until(real + time_.true_now());
