@@ -291,12 +291,33 @@ TEST_F(LiveHands, FurtherProgramsAreToldThatTheArmIsInUseAndTheFirstContinues) {
   wait_for_contact();
   const std::string second_run =
       fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none", folder / "scene.json", folder / "arm");
-  const test::Ran second = folder.run(second_run, "timeout 120");
+  // A machine that delays the board's reports for a tenth of a second makes the program lose the arm. Then nobody holds
+  // the arm until the program has found it again, and the attempt does not count.
+  test::Ran second;
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    wait_for_contact();
+    const int losses = reports("is disconnected");
+    second = folder.run(second_run, "timeout 30");
+    if (reports("is disconnected") == losses) break;
+  }
   EXPECT_EQ(second.status, 2);
   EXPECT_NE(second.err.find("another program holds this device"), std::string::npos) << second.err;
-  for (int i = 0; i < 1000; ++i) {
-    EXPECT_THROW(haptics::open_serial(folder / "arm"), Error);
+  for (int refused = 0; refused < 1000;) {
+    const int losses = reports("is disconnected");
+    bool opened = true;
+    try {
+      haptics::open_serial(folder / "arm");
+    } catch (const Error&) {
+      opened = false;
+      ++refused;
+    }
     board.pass(1e-6 * static_cast<double>(random() % 6000));
+    if (opened) board.wait_for([&] { return reports("is disconnected") > losses; }, 5);
+    if (lost() || reports("is disconnected") > losses) {
+      ASSERT_NO_FATAL_FAILURE(wait_for_contact());
+    } else {
+      ASSERT_FALSE(opened) << "opened a second time\n" << folder.said();
+    }
   }
   wait_for_contact();
   EXPECT_LE(board.take_worst(), 3.0);
