@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace typodont::session {
 
@@ -78,11 +79,22 @@ DenseField redistanced(const DenseField& field) {
   const glm::ivec3 n = field.size;
   const std::size_t count = field.distance.size();
   constexpr float kFar = 1e6f;
-  std::vector<glm::vec3> closest(count);
-  std::vector<float> best(count, kFar);
+  /// A voxel next to the surface, its closest point on the surface, and the surface's normal there.
+  struct Seed {
+    std::size_t voxel;
+    glm::vec3 closest;
+    std::optional<glm::dvec3> normal;  // not if the gradient is too small for a direction
+  };
+  const auto normal_at = [&](const glm::dvec3& p) {
+    const glm::dvec3 g = field.gradient(p);
+    return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
+  };
+  std::vector<Seed> seeds;
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> nearest(count, kNone);  // index of the nearest seed
+  std::vector<float> best(count, kFar);              // voxels, distance to the closest point of that seed
 
-  // The seeds are the voxels next to the surface. For each of them, its closest point on the surface is computed from
-  // the gradient.
+  // The closest point of a seed is computed from the gradient.
   const auto inside = [&](int x, int y, int z) { return field.distance[field.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -96,22 +108,27 @@ DenseField redistanced(const DenseField& field) {
         const glm::dvec3 p(x, y, z);
         const glm::dvec3 g = field.gradient(p);
         const double length = glm::length(g), d = static_cast<double>(field.distance[at]);
-        closest[at] = glm::vec3(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
+        const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
+        nearest[at] = static_cast<std::uint32_t>(seeds.size());
         best[at] = std::abs(field.distance[at]);
+        seeds.push_back({at, closest, {}});
       }
     }
   }
+  for (Seed& seed : seeds) seed.normal = normal_at(glm::dvec3(seed.closest));
   sweep_all(n, [&](const glm::ivec3& p, std::size_t to, std::size_t from) {
     if (best[from] >= kFar) return;
-    const glm::vec3 d = glm::vec3(p) - closest[from];
+    // A voxel already has its distance to its seed, except the seed itself, which begins with the field's value.
+    if (nearest[from] == nearest[to] && seeds[nearest[to]].voxel != to) return;
+    const glm::vec3 d = glm::vec3(p) - seeds[nearest[from]].closest;
     const float reach = glm::dot(d, d);
     if (reach >= best[to] * best[to]) return;
     best[to] = std::sqrt(reach);
-    closest[to] = closest[from];
+    nearest[to] = nearest[from];
   });
 
-  // So far, `closest` contains for each voxel the surface point of its nearest seed. Now this point is moved along the
-  // surface towards the voxel, so that it becomes the voxel's own closest surface point.
+  // The closest point of the nearest seed is moved along the surface towards the voxel, so that it becomes the voxel's
+  // own closest surface point. Many voxels have the same seed, so its normal is computed only once.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -124,16 +141,17 @@ DenseField redistanced(const DenseField& field) {
           continue;
         }
         const glm::dvec3 p(x, y, z);
-        glm::dvec3 c(closest[at]);
+        const Seed& seed = seeds[nearest[at]];
+        glm::dvec3 c(seed.closest);
         double reach = static_cast<double>(best[at]);
+        std::optional<glm::dvec3> normal = seed.normal;
         for (int k = 0; k < 2; ++k) {
-          glm::dvec3 g = field.gradient(c);
-          if (!(glm::length(g) > 0.5)) break;
-          g = glm::normalize(g);
-          glm::dvec3 along = p - c - glm::dot(p - c, g) * g;
+          if (k > 0) normal = normal_at(c);
+          if (!normal) break;
+          glm::dvec3 along = p - c - glm::dot(p - c, *normal) * *normal;
           const double length = glm::length(along);
           if (length > 1) along /= length;
-          const glm::dvec3 moved = c + along - field.sample(c + along) * g;
+          const glm::dvec3 moved = c + along - field.sample(c + along) * *normal;
           const double now = glm::length(p - moved);
           if (!(now < reach) || std::abs(field.sample(moved)) > 0.05) break;
           reach = now;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "engine/base/units.h"
@@ -53,9 +54,9 @@ class Outline {
   bool empty() const { return points_.empty(); }
   /// Returns the distance (m) of a point in the plane from the outline, negative inside.
   double distance(const glm::dvec2& q) const {
-    double least = 1e9;
-    for (const glm::dvec2& p : points_) least = std::min(least, glm::distance(p, q));
-    return inside_(q) < 0 ? -least : least;
+    double square = 1e18;  // m²
+    for (const glm::dvec2& p : points_) square = std::min(square, glm::dot(p - q, p - q));
+    return inside_(q) < 0 ? -std::sqrt(square) : std::sqrt(square);
   }
 
  private:
@@ -91,6 +92,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
                   std::vector<float>& gone) {
   const glm::ivec3 n = tooth.size;
   const double h = copy.frame.voxel, reach = depth / h + kExactBand;
+  std::vector<double> nearest(gone.size(), std::numeric_limits<double>::infinity());  // voxels², squared distances
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {
@@ -104,15 +106,16 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
                          hi = glm::min(glm::ivec3(glm::floor(q + reach)), n - 1);
         for (int i = lo.x; i <= hi.x; ++i) {
           for (int j = lo.y; j <= hi.y; ++j) {
-            for (int k = lo.z; k <= hi.z; ++k) {
-              float& value = gone[tooth.at(i, j, k)];
-              value = std::max(value, static_cast<float>(depth - h * glm::distance(dvec3(i, j, k), q)));
-            }
+            const double aside = (i - q.x) * (i - q.x) + (j - q.y) * (j - q.y);
+            double* const row = &nearest[tooth.at(i, j, 0)];
+            for (int k = lo.z; k <= hi.z; ++k) row[k] = std::min(row[k], aside + (k - q.z) * (k - q.z));
           }
         }
       }
     }
   }
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    gone[i] = std::max(gone[i], static_cast<float>(depth - h * std::sqrt(nearest[i])));
 }
 
 /// Moves the surface of the field by `by` voxels; positive: out of the tissue, so that the tissue grows.
