@@ -40,52 +40,46 @@ function(typodont_library name)
 endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
-# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [LIVE] or [WINDOW]: the tests
-# need real time, or a window on a display; they also get the label `live` and have a second try. One LIVE test runs at a
-# time, and one test of each WINDOW program, because each of them starts its own display. [MEASURED pattern]: these tests
-# measure time and get the kind bench. [TOGETHER suite …]: the tests of such a suite share an expensive set-up, so they
-# run in one process and become one ctest named KIND.Suite.
-include(GoogleTest)
+# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND (tests/support/add_tests.cmake).
+# [LIVE] or [WINDOW]: the tests need real time, or a window on a display; they also get the label `live` and have a
+# second try. One LIVE test runs at a time, and one test of each WINDOW program, because each of them starts its own
+# display. [MEASURED regex]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
+# suite share an expensive set-up, so they always run in one process. [ONE_PROCESS]: all tests of the program do, and
+# become one ctest KIND.NAME. [LAUNCHER program …]: starts the test program.
 function(typodont_test name)
-  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER" ${ARGN})
-  set(alone)
+  cmake_parse_arguments(ARG "LIVE;WINDOW;ONE_PROCESS" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER;LAUNCHER" ${ARGN})
+  set(live)
+  set(properties)
   if(ARG_KIND STREQUAL "bench")
-    set(alone RUN_SERIAL TRUE)
+    set(properties RUN_SERIAL TRUE)
   elseif(ARG_LIVE)
-    set(alone RESOURCE_LOCK live)
+    set(properties RESOURCE_LOCK live)
   elseif(ARG_WINDOW)
-    set(alone RESOURCE_LOCK window_${name})
+    set(properties RESOURCE_LOCK window_${name})
+  endif()
+  if(ARG_LIVE OR ARG_WINDOW)
+    set(live TRUE)
+    list(PREPEND ARG_LAUNCHER ${PROJECT_SOURCE_DIR}/tests/support/second_try.sh)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
-  if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests starts the program by its emulator, which may be set for this test already
-    set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR
-                          "${PROJECT_SOURCE_DIR}/tests/support/second_try.sh;${CMAKE_CROSSCOMPILING_EMULATOR}")
-  endif()
-  set(elsewhere ${ARG_MEASURED})
-  foreach(suite ${ARG_TOGETHER})
-    list(APPEND elsewhere ${suite}.*)
-    add_test(NAME ${ARG_KIND}.${suite} COMMAND ${name} --gtest_filter=${suite}.* WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${ARG_KIND}.${suite} PROPERTIES LABELS ${ARG_KIND} ${alone})
-  endforeach()
-  set(filter)
-  if(elsewhere)
-    list(JOIN elsewhere ":" elsewhere)
-    set(filter TEST_FILTER -${elsewhere})
-  endif()
-  if(ARG_MEASURED)
-    gtest_discover_tests(${name} TEST_PREFIX bench. TEST_FILTER ${ARG_MEASURED} TEST_LIST ${name}_measured
-                         DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                         PROPERTIES LABELS bench RUN_SERIAL TRUE)
-  endif()
-  gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
-                       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                       PROPERTIES LABELS ${ARG_KIND} ${alone})
-  if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests takes one label only
-    set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
-    # These tests run one after the other, so they start first (ctest starts with the highest cost).
-    file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\" COST 1000)\n")
-    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
-  endif()
+  set(listed ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.txt)
+  add_custom_command(TARGET ${name} POST_BUILD BYPRODUCTS ${listed} VERBATIM
+                     COMMAND sh -c "\"$0\" --gtest_list_tests > \"$1\"" $<TARGET_FILE:${name}> ${listed}
+                     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  # Read by ctest.
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.cmake CONTENT "
+set(program \"$<TARGET_FILE:${name}>\")
+set(listed \"${listed}\")
+set(launcher \"${ARG_LAUNCHER}\")
+set(kind ${ARG_KIND})
+set(live \"${live}\")
+set(measured \"${ARG_MEASURED}\")
+set(together \"${ARG_TOGETHER}\")
+set(one_process \"${ARG_ONE_PROCESS}\")
+set(properties WORKING_DIRECTORY \"${PROJECT_SOURCE_DIR}\" ${properties})
+include(\"${PROJECT_SOURCE_DIR}/tests/support/add_tests.cmake\")
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.cmake)
 endfunction()

@@ -8,7 +8,7 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
 typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session hdf5::hdf5)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app)
-typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp acceptance/app_hardness_test.cpp LIBS typodont_app)
+typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp acceptance/app_hardness_test.cpp LIBS typodont_app ONE_PROCESS)
 typodont_test(acceptance_work KIND acceptance SOURCES acceptance/nothing_in_vain_test.cpp LIBS typodont_session typodont_render WINDOW)
 typodont_test(acceptance_experiment KIND acceptance SOURCES acceptance/app_experiment_test.cpp LIBS typodont_render LIVE)
 foreach(target acceptance_app acceptance_recordings acceptance_contact acceptance_tasks acceptance_demo acceptance_work acceptance_experiment)

@@ -11,7 +11,7 @@ target_compile_definitions(acceptance_audio PRIVATE TYPODONT_PROGRAM="$<TARGET_F
 add_dependencies(acceptance_audio typodont)
 if(TYPODONT_PORTAUDIO)
   typodont_test(acceptance_audio_devices KIND acceptance SOURCES acceptance/audio_devices_test.cpp LIBS typodont_audio
-                LIVE MEASURED *SoundsAContactWithin*)
+                LIVE MEASURED SoundsAContactWithin)
   find_program(JACKD jackd)
   if(JACKD)
     target_compile_definitions(acceptance_audio_devices PRIVATE TYPODONT_JACKD="${JACKD}")

@@ -45,10 +45,8 @@ add_dependencies(unit_devices device_mortal)
 pkg_check_modules(UMOCKDEV IMPORTED_TARGET umockdev-1.0)
 find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
 if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)
-  set(CMAKE_CROSSCOMPILING_EMULATOR ${UMOCKDEV_WRAPPER})  # what a test of this target is started by
   typodont_test(stress_umockdev KIND stress SOURCES stress/device_umockdev_test.cpp
-                LIBS typodont_devices typodont_session PkgConfig::UMOCKDEV fmt::fmt LIVE)
+                LIBS typodont_devices typodont_session PkgConfig::UMOCKDEV fmt::fmt LIVE LAUNCHER ${UMOCKDEV_WRAPPER})
   target_compile_definitions(stress_umockdev PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_umockdev typodont)
-  unset(CMAKE_CROSSCOMPILING_EMULATOR)
 endif()

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <random>
 
 #include "engine/app/assets.h"
@@ -105,6 +106,13 @@ struct TaskBench {
   }
 };
 
+/// Returns the bench of a shipped task. Computing a task's ideal takes seconds, so all tests of this program share it
+/// (ONE_PROCESS in app.cmake).
+const TaskBench& task_bench(const std::string& name) {
+  static std::map<std::string, TaskBench> benches;
+  return benches.try_emplace(name, name).first->second;
+}
+
 std::string explained(const session::Score& score) {
   std::string text;
   for (const session::ScoreItem& item : score.items) {
@@ -145,7 +153,7 @@ class SolvableTask : public testing::TestWithParam<Solvable> {};
 
 TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZero) {
   const Solvable& task = GetParam();
-  const TaskBench bench(task.name);
+  const TaskBench& bench = task_bench(task.name);
   ASSERT_TRUE(bench.judge.has_ideal());
   const session::Score ideal = bench.score(*bench.judge.ideal());
   EXPECT_GT(percent(ideal), 99) << explained(ideal);
@@ -223,7 +231,7 @@ std::vector<double> tops_of(const DenseCopy& copy) {
 }
 
 TEST(ShippedScenes, TheGoalOfTheClassOneCavityStatesTheMeasuredDepthAndWidth) {
-  const TaskBench bench("class-1-cavity");
+  const TaskBench& bench = task_bench("class-1-cavity");
   session::ScoreInput input = steady_hand(bench.start);
   bench.judge.judge(bench.start, input);
   const std::string& goal = bench.scene.task->goal.text[0];
@@ -232,7 +240,7 @@ TEST(ShippedScenes, TheGoalOfTheClassOneCavityStatesTheMeasuredDepthAndWidth) {
 }
 
 TEST(ShippedScenes, TheClassOneCavityFollowsTheFissure) {
-  const TaskBench bench("class-1-cavity");
+  const TaskBench& bench = task_bench("class-1-cavity");
   const DenseCopy before = dense_copy(bench.start);
   const DenseCopy ideal =
       dense_copy(*bench.judge.ideal(), glm::ivec3(glm::round(bench.start.frame().to_voxels(before.frame.origin))),
@@ -259,7 +267,7 @@ TEST(ShippedScenes, TheClassOneCavityFollowsTheFissure) {
 }
 
 TEST(ShippedScenes, TheIdealCrownIsReducedOnTheWholeTopAndTheIdealAccessRemovesThePulpRoof) {
-  const TaskBench crown("crown-preparation");
+  const TaskBench& crown = task_bench("crown-preparation");
   const DenseCopy before = dense_copy(crown.start);
   const auto on_lattice = [&](const TaskBench& bench) {
     return dense_copy(*bench.judge.ideal(),
@@ -275,7 +283,7 @@ TEST(ShippedScenes, TheIdealCrownIsReducedOnTheWholeTopAndTheIdealAccessRemovesT
       EXPECT_GT(was[i] - is[i], 0.6e-3) << p.x << ", " << p.y;
     }
   }
-  const TaskBench access("root-canal-access");
+  const TaskBench& access = task_bench("root-canal-access");
   const DenseCopy opened = on_lattice(access);
   int pulp = 0, roofed = 0;
   for (int x = 0; x < before.field.size.x; ++x) {
@@ -303,7 +311,7 @@ TEST(ShippedScenes, TheClassTwoCavityHasANeighbourToothAndGum) {
   EXPECT_TRUE(scene.surroundings->monitored);
   // The contact point is near the neighbour tooth, and in the ideal the tissue beside it is removed.
   const SurroundingsShape around(*scene.surroundings);
-  const TaskBench bench("class-2-cavity");
+  const TaskBench& bench = task_bench("class-2-cavity");
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
   const dvec3 contact = dvec3(12.6e-3, 5.2e-3, 16.5e-3);
   EXPECT_LT(around.neighbour(contact), 0.3e-3);
@@ -353,7 +361,7 @@ TEST(ShippedScenes, TheRubberDamAndThePhantomHeadAreDrawn) {
 class ShippedTask : public testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedTask, EveryRandomDefectOfTheIdealCostsPoints) {
-  const TaskBench bench(GetParam());
+  const TaskBench& bench = task_bench(GetParam());
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
   const DenseCopy before = dense_copy(
       bench.start, glm::ivec3(glm::round(bench.start.frame().to_voxels(ideal.frame.origin))), ideal.field.size);
@@ -378,7 +386,7 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedTask,
                          });
 
 TEST(Tasks, AHandThatPressesTooLittleScoresLowButAboveZero) {
-  const TaskBench bench("class-1-cavity");
+  const TaskBench& bench = task_bench("class-1-cavity");
   const haptics::Tool tool = load_tool("cylinder_012");
   auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, 0.3e-3);
   const std::size_t count = strokes.size();
@@ -427,7 +435,7 @@ session::Score explore(const TaskBench& bench, double spacing, const std::functi
 }
 
 TEST(Tasks, ExploringRewardsFoundLesionsAndNotPressingEverywhereOrNowhere) {
-  const TaskBench bench("explore-caries");
+  const TaskBench& bench = task_bench("explore-caries");
   EXPECT_EQ(bench.judge.explore_meter()->result().lesions, 3);
   const DenseCopy copy = dense_copy(bench.start);
   const auto caries = [&](const dvec3& p_W) {
@@ -449,7 +457,7 @@ std::string with_ideal(const std::string& scene, const std::string& ideal) {
 }
 
 TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
-  const TaskBench bench("class-1-cavity");
+  const TaskBench& bench = task_bench("class-1-cavity");
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   bench.judge.ideal()->save(folder / "ideal.vdb");
   surface::SurfaceMesher mesher({.tolerance = 0.05f});
