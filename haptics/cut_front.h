@@ -34,6 +34,11 @@ class CutFront {
   /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
+  /// Returns the largest number of parts for which one cut makes lists. The other outdated parts are cut block by
+  /// block, and get their lists in the next cuts. Without this limit, the first cut in new tissue would make all lists,
+  /// and its tick would take five times as long as the median.
+  int most_renewed() const noexcept { return parts() > 4 ? parts() / 4 : 1; }
+
   /// Consecutive groups (8 or 16 samples along z) of a list with equal properties. `kind`: which pieces of the head's
   /// outline can be nearest to the samples. `narrow`: true if only the first kNarrowest samples of each group can
   /// change. `from`, `to`: indices of the first group and behind the last group.

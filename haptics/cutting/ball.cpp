@@ -566,7 +566,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
       changed |= carve_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }
-    const double lasts = ahead * ++anew;
+    const double lasts = anew < front.most_renewed() ? ahead * ++anew : 0;
     b.part = part;
     b.ahead = static_cast<float>(lasts);
     b.found = groups.found.data();

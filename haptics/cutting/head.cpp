@@ -790,7 +790,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     }
     groups.until = -1;
     groups.count = 0;
-    if (!(ahead > 0)) {
+    if (!(ahead > 0) || anew == front.most_renewed()) {
       unlisted |= 1u << part;
       continue;
     }

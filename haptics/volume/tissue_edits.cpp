@@ -227,25 +227,22 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   const float path = v.front.path();
   auto accessor = v.distance->getAccessor();
   v.due_leaves.clear(), v.due_places.clear();
-  for (int x = first.x; x <= last.x; ++x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      const LeafFront::Row row = v.front.row({x, y, first.z});
-      for (int z = first.z; z <= last.z; ++z) {
-        float& due = row.due[z - first.z];
-        if (due > path) continue;
-        LeafFront::Place& place = row.places[z - first.z];
-        const glm::ivec3 origin = glm::ivec3(x, y, z) * kLeaf;
-        if (!place.leaf) {
-          place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
-          if (!place.leaf) {
-            due = LeafFront::kNever;
-            continue;
-          }
-        }
-        v.due_leaves.push_back({origin, place.leaf->buffer().data(), place.due.data()});
-        v.due_places.push_back({&place, &due});
+  for (const LeafFront::DuePlace& due : v.front.due(first, last)) {
+    LeafFront::Place& place = *due.place;
+    const glm::ivec3 origin = due.key * kLeaf;
+    if (!place.leaf) {
+      place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
+      if (!place.leaf) {
+        *due.due = LeafFront::kNever;
+        continue;
       }
+      place.samples = place.leaf->buffer().data();
     }
+    // The members are written in place. If the element were copied as a whole from the stack, the processor would have
+    // to wait, because it cannot yet load in one piece what it has just stored in several pieces.
+    Sweep::Leaf& leaf = v.due_leaves.emplace_back();
+    leaf.lo = origin, leaf.distance = place.samples, leaf.due = place.due.data();
+    v.due_places.push_back(&due);
   }
   sweep.carve(v.due_leaves, path);
   Carved carved;
@@ -254,8 +251,8 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   carved.blocks.reserve(static_cast<std::size_t>(emptied));
   for (std::size_t i = 0; i < v.due_leaves.size(); ++i) {
     const Sweep::Leaf& leaf = v.due_leaves[i];
-    LeafFront::Place& place = *v.due_places[i].place;
-    *v.due_places[i].due = *std::min_element(place.due.begin(), place.due.end());
+    LeafFront::Place& place = *v.due_places[i]->place;
+    *v.due_places[i]->due = *std::min_element(place.due.begin(), place.due.end());
     if (!leaf.changed) continue;
     if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
     place.cut = true;

@@ -118,7 +118,7 @@ struct TissueVolume::Impl {
   // The leaves (8³ voxels) that the present cut examines. The entry of due_places with the same index points to the
   // data that `front` stores for the leaf.
   std::vector<Sweep::Leaf> due_leaves;
-  std::vector<LeafFront::DuePlace> due_places;
+  std::vector<const LeafFront::DuePlace*> due_places;
   KeySet filled;  // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
   // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
   // `marked`. Empty: the writes before `marked` are unknown.
