@@ -43,6 +43,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 16: In the models that use a distance field, the search for loose pieces ends as soon as the tissue around each
+/// group of removed samples is connected. The pieces are the same, but a search is now postponed less often.
 /// - 15: In the models vertex and mesh_lod, a cut finds two more kinds of folds of the surface: two faces with a common
 /// edge that lie on each other, and two overlapping faces with a common vertex.
 /// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
@@ -87,7 +89,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 15;
+inline constexpr std::uint32_t kServoLaws = 16;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

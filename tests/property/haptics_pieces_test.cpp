@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <random>
 
@@ -104,6 +105,51 @@ TEST(LoosePieces, TheTissueStaysOneBodyAfterAnyCut) {
     EXPECT_EQ(bodies(carver.volume()), 1u) << seed;
   }
   EXPECT_GT(found, 20u);
+}
+
+/// Saws a ball into pieces, and returns a hash of the pieces and of the remaining tissue. Adds the number of pieces to
+/// `found`.
+std::uint64_t hash_of_sawing(std::uint32_t laws, double voxel_mm, std::uint64_t seed, std::size_t& found) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  ServoSettings settings;
+  settings.tool = round_bur(0.7e-3);
+  settings.laws = laws;
+  Carver carver(
+      tissue(fmt::format(
+          R"({{"voxel_mm": {}, "band_mm": 0.8, "solids": [{{"tissue": "dentin", "solid": {{"sphere": {{"radius_mm": 2}}}}}}]}})",
+          voxel_mm)),
+      settings);
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x100000001b3u; };
+  for (int k = 0; k < 40; ++k) {
+    const dvec3 from(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4)),
+        to(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4));
+    for (const LoosePiece& piece : saw(carver, from, to)) {
+      add(piece.cut);
+      for (const double volume : piece.removed) add(std::bit_cast<std::uint64_t>(volume));
+      ++found;
+    }
+  }
+  add(carver.volume().hash());
+  return hash;
+}
+
+// The hashes were computed with a program whose newest force laws were version 15.
+TEST(LoosePieces, OlderForceLawsStillGiveTheirBits) {
+  std::size_t found = 0;
+  EXPECT_EQ(hash_of_sawing(15, 0.1, 1, found), 0xdf79cb2c4e65bf98u);
+  EXPECT_EQ(hash_of_sawing(15, 0.05, 2, found), 0x5543cf3408bb3f60u);
+  EXPECT_EQ(found, 67u + 179u);
+}
+
+TEST(LoosePieces, ASearchThatEndsBeforeItsFloodFillsSpreadFindsTheSamePieces) {
+  std::size_t found = 0;
+  for (const double voxel_mm : {0.1, 0.05}) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed)
+      EXPECT_EQ(hash_of_sawing(kServoLaws, voxel_mm, seed, found), hash_of_sawing(15, voxel_mm, seed, found));
+  }
+  EXPECT_GT(found, 400u);
 }
 
 TEST(LoosePieces, BodiesThatWereSeparateFromTheStartAreNotLoose) {

@@ -16,6 +16,7 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
 
 void FieldBody::set_laws(std::uint32_t laws) {
   laws_ = laws;
+  loose_pieces_.set_laws(laws);
   const double voxel = volume_.frame().voxel, travel = patch_travel_for(tools_, voxel, laws);
   travel_ = travel * voxel;
   coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
