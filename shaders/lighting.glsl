@@ -15,23 +15,12 @@ const float kLeastFacing = 0.3;
 const float kContact = 2.0;
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
-// Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
-// already contains most of the occlusion by tissue nearby. It was fitted to the pictures of tests/reference.
-const float kNearShare = 0.25;
-// Irradiance of nearby tissue that the grid of light does not resolve, relative to tissue that faces the lamp. It was
-// fitted to the pictures of tests/reference.
-const float kNearBounce = 0.45;
 // Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
 const float kNearMirrored = 0.2;
 
 // Cosine beyond which translucent tissue that is turned away from the lamp is dark, and brightening of its half shadow;
-// fitted likewise.
+// fitted likewise. Only used without a grid of light.
 const float kWrap = 0.03, kSoftShadow = 0.15;
-// Light that enters translucent tissue travels a few millimetres in it. It leaves a convex surface sooner than a plane,
-// and crosses more tissue below a hollow. kHollowLoss: loss of diffuse light per hollowness of the surface, for tissue
-// with a translucency of 1. kUsualHollow: hollowness of a tooth's usual, convex surface, for which the tissue's colours
-// hold. Both were fitted to three of the pictures of tests/reference.
-const float kHollowLoss = 0.5, kUsualHollow = -0.08;
 // Limits of the roughness between which a surface reflects the light of the mirrored direction, and the light of all
 // directions in front of it.
 const float kMirrors = 0.3, kSpreads = 0.8;
@@ -143,12 +132,24 @@ vec4 grid_light(vec3 p, vec3 n) { return grid_values(p, n, 0.0); }
 /// Returns the light from the direction r that a glossy surface at p mirrors.
 vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, float(kLightDirections)).rgb; }
 
-// Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light; z: hollowness of the surface.
-// The hollowness is the mean sine of the angle at which the surface nearby rises above the tangent plane. The
-// hollowness of a convex surface is negative. It is only computed if there is a grid of light. Considers only tissue;
-// the tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
-vec3 tissue_visibility(vec3 p, vec3 n, float beyond) {
-  vec3 result = vec3(beyond, 1.0, kUsualHollow);
+/// Returns the light that has travelled inside the tissue and leaves it at p. xyz: this light divided by the tissue's
+/// reflectance; w: fraction of it that came directly from the lamp.
+vec4 light_in_tissue(vec3 p) {
+  vec3 q = (p - frame.tissue_light_origin.xyz) * frame.tissue_light_origin.w + 0.5;
+  return textureLod(tissue_light, (q / frame.tissue_light_cells.xyz).zyx, 0.0);
+}
+/// Returns 1 where the grid of the light inside tissue has light, and 0 outside the grid, with a soft border.
+float in_tissue_grid(vec3 p) {
+  const float border = 5.0;  // cells
+  vec3 q = (p - frame.tissue_light_origin.xyz) * frame.tissue_light_origin.w;
+  vec3 inner = min(q, frame.tissue_light_cells.xyz - 1.0 - q);
+  return smoothstep(0.0, border, min(inner.x, min(inner.y, inner.z)));
+}
+
+// Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the
+// tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
+vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
+  vec2 result = vec2(beyond, 1.0);
   if (frame.light_size.w > 0.0) {
     // Ambient occlusion is computed in the lamp's space, where the shadow map is a height field. So it is equal for
     // both eyes and changes only with the tissue. It uses the directions to the samples relative to the normal.
@@ -160,22 +161,16 @@ vec3 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float shut = 0.0;
     // The same samples give the mean height of the tissue that hides a part of the lamp.
     vec2 hiding = vec2(kUsualHeight, 1.0) * kUsualWeight;
-    // x: sum of the weighted sines, y: sum of the weights; nearby samples weigh most
-    vec2 hollow = vec2(0.0, 1e-6);
     for (int i = 0; i < kOcclusionTaps; ++i) {
       vec2 o = disc(i, kOcclusionTaps) * kOcclusionRadius;
       float z = textureLod(shadow_depth, base.xy + o / frame.light_size.x, 0.0).r;
       vec3 v = vec3(o, (z - base.z) * frame.light_size.y);
       float far2 = dot(v, v), rise = dot(n_light, v), nearness = inversesqrt(far2 + 1e-12);
       shut += max(rise * nearness - 0.08, 0.0) * (1.0 / (1.0 + far2 / (2.0 * kOcclusionRadius * kOcclusionRadius)));
-      if (kLightGrid) {
-        float inner = 1.0 - (float(i) + 0.5) / float(kOcclusionTaps), weight = inner * inner * inner * inner;
-        hollow += weight * vec2(clamp((rise + frame.light_size.z) * nearness, -1.0, 1.0), 1.0);
-      }
       float height = dot(tilt, o) - v.z;
       hiding += step(kContact * length(o), height) * vec2(height, 1.0);
     }
-    result.yz = vec2(clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0), hollow.x / hollow.y);
+    result.y = clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0);
 
     // The penumbra is as wide as the lamp's disc appears at the height of the tissue that hides it.
     float penumbra = clamp(frame.lamp.x * hiding.x / hiding.y, kNarrowest, kWidest);
@@ -195,14 +190,16 @@ vec3 tissue_visibility(vec3 p, vec3 n, float beyond) {
     result.x = lit / float(max(kShadowTaps, 1));
     // The shadow fades out towards the map's border, so that the border is not visible.
     vec2 from_middle = abs(q.xy - 0.5);
-    result = mix(vec3(beyond, 1.0, kUsualHollow), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
+    result = mix(vec2(beyond, 1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
   }
   return result;
 }
 
-vec3 visibility(vec3 p, vec3 n, float beyond) {
-  return tissue_visibility(p, n, beyond) *
-         vec3(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n), 1.0);
+/// Returns x, y: as tissue_visibility(), with the tool and the border of the lamp's spot; z, w: the factors of the tool
+/// and the spot alone.
+vec4 visibility(vec3 p, vec3 n, float beyond) {
+  vec2 tool = vec2(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n));
+  return vec4(tissue_visibility(p, n, beyond) * tool, tool);
 }
 
 float fifth_power(float x) {
@@ -245,9 +242,15 @@ vec3 tinted(vec3 albedo, float translucent, float nv) {
 }
 
 /// Returns the light that arrives at tissue of this colour and is reflected diffusely. The result does not include the
-/// factor of the colour itself. `light`: see visibility(); `around`: grid_light() at the surface, if there is a grid.
-vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec3 light, vec3 around) {
+/// factor of the colour itself. `light`: see visibility(). If there is a grid of light: `around`: grid_light() at the
+/// surface; `inside`: light_in_tissue(); `known`: in_tissue_grid().
+vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec4 light, vec3 around, vec4 inside, float known) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
+  vec3 lamp = frame.key.w * 0.3183 * kLampColor;
+  if (kLightGrid) {
+    vec3 local = clamp(nl, 0.0, 1.0) * key * lamp + around;
+    return mix(local, inside.rgb * (1.0 - inside.w * (1.0 - light.z)) * light.w, known);
+  }
   // Light scatters in translucent tissue. So it also reaches parts of the surface that are turned away from the lamp,
   // and the edges of shadows are soft.
   float wrap = kWrap * translucent;
@@ -258,14 +261,6 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec3 light, vec3 a
   // multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
-  vec3 lamp = frame.key.w * 0.3183 * kLampColor;
-  if (kLightGrid) {
-    // The way of light in gum and dentin is several times shorter than in enamel, whose translucency is 0.85.
-    float depth = translucent * translucent * translucent * translucent;
-    return (1.0 - kHollowLoss * depth * (light.z - kUsualHollow)) *
-           (front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare) +
-            kNearBounce * (1.0 - open) * key * albedo * lamp);
-  }
   // Light in a narrow gap was reflected by gum and teeth, which absorb blue light. The factor was fitted to the
   // pictures of tests/reference.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
@@ -301,6 +296,8 @@ float room_seen(vec3 r, float open) {
 struct Around {
   vec3 diffuse;   // irradiance of the surface, divided by π
   vec3 mirrored;  // irradiance, divided by π, of a surface that faces the direction of the reflection
+  vec4 inside;    // light_in_tissue()
+  float known;    // in_tissue_grid()
 };
 
 /// Returns the fraction of the light from the room and from other surfaces that a surface reflects towards a viewer
@@ -377,10 +374,10 @@ float spot(float nh, float width) {
 
 /// Returns the light that a surface reflects towards the viewer. `gloss_normal`: normal of the wet film, which has
 /// ripples of its own.
-vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec3 light, Around around) {
+vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec4 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - metal_of(look.dry)), look.translucent, max(dot(n, v), 1e-3));
   float passes = film_passes(max(dot(gloss_normal, v), 1e-3), look);
-  return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
+  return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse, around.inside, around.known) +
          glossy(gloss_normal, v, look, light.xy, around);
 }
 

@@ -27,10 +27,10 @@ layout(location = 0) out vec4 out_color;
 layout(constant_id = 6) const bool kCursor = false;  // true: the cursor's ring is drawn
 
 /// Returns the light at a point from which the whole room is visible.
-Around open_light(vec3 n, vec3 v) { return Around(ambient_light(n), ambient_light(reflect(-v, n))); }
+Around open_light(vec3 n, vec3 v) { return Around(ambient_light(n), ambient_light(reflect(-v, n)), vec4(0.0), 0.0); }
 
 // result of visibility() at an open point
-const vec3 kOpen = vec3(1.0, 1.0, kUsualHollow);
+const vec4 kOpen = vec4(1.0);
 
 bool holds(int what) { return (kHolds & what) != 0; }
 
@@ -62,7 +62,7 @@ void main() {
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
     // The back of an open surface is drawn in one colour, without tissue. It is lit from the viewer's side, without the
     // surface's own shadow.
-    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, kUsualDry, 0.0), vec3(0.4, 0.8, kUsualHollow), open_light(-n, v)))), 1.0);
+    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, kUsualDry, 0.0), vec4(0.4, 0.8, 1.0, 1.0), open_light(-n, v)))), 1.0);
     return;
   }
   uint a = in_pair & 255u, b = in_pair >> 8;
@@ -80,7 +80,7 @@ void main() {
     look = mix(look, in_second_look, fraction);
     if (fraction > 0.5) main_tissue = b;
   }
-  vec3 light = kLightPerVertex ? kOpen : visibility(in_position, n, in_lamp.x);
+  vec4 light = kLightPerVertex ? kOpen : visibility(in_position, n, in_lamp.x);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - fraction : fraction;
@@ -137,6 +137,13 @@ void main() {
     gloss_normal = film_normal(film, gloss_normal);
   }
   Look shown = Look(color, look.x, look.w, look.y, look.z);
-  vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, in_half_way));
-  out_color = vec4(with_cursor(tone_map(lit + color * light.y * in_light.rgb + sheen)), 1.0);
+  vec4 inside = kLightGrid ? vec4(in_light.rgb, in_lamp.y) : vec4(0.0);
+  if (kLightGrid && holds(kHoldsGum)) {
+    // The grid does not contain the dimples of gum. Light inside the gum halves their contrast.
+    vec3 coarse = normalize(in_normal.xyz);
+    inside.rgb *= 1.0 + 0.5 * inside.w * dot(n - coarse, frame.key.xyz) / max(dot(coarse, frame.key.xyz), 0.3);
+  }
+  vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, in_half_way, inside, in_lamp.z));
+  if (!kLightGrid) lit += color * light.y * in_light.rgb;
+  out_color = vec4(with_cursor(tone_map(lit + sheen)), 1.0);
 }

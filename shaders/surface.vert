@@ -15,8 +15,8 @@ layout(location = 2) in uvec4 in_tissue;
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// Incident light if it is computed per vertex. Otherwise only the light that crosses thin tissue at a point from which
-// the whole room is visible. w: fraction of the second tissue
+// Incident light if it is computed per vertex. Otherwise light_in_tissue() if there is a grid of light, or else the light
+// that crosses thin tissue at a point from which the whole room is visible. w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
@@ -27,8 +27,8 @@ layout(location = 6) centroid out vec4 out_second;
 layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, dry reflectance, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the
-// direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp)
-// and for the direction of the reflection (out_half_way).
+// direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp.x)
+// and for the direction of the reflection (out_half_way); out_lamp.y: light_in_tissue().w, out_lamp.z: in_tissue_grid().
 layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
@@ -70,23 +70,29 @@ void main() {
     out_second.rgb = surface_color(tissue_2, layered, cut, wet, thin, shows);
     out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);
   }
-  out_light = vec4(through_edge(n, thin), share);
+  out_light = vec4(kLightGrid ? vec3(0.0) : through_edge(n, thin), share);
   out_room = vec3(0.0);
   out_lamp = vec4(0.0);
   out_half_way = vec3(0.0);
   vec4 around = vec4(0.0, 0.0, 0.0, 1.0);
   vec3 mirrored = vec3(0.0);
+  vec4 inside = vec4(0.0);
+  float known = 0.0;
   if (kLightGrid) {
+    inside = light_in_tissue(world);
+    // Cells without light are empty: soft gum may move out of the cells that had a surface in the first frame.
+    known = in_tissue_grid(world) * frame.tissue_look[tissue_1].w * smoothstep(0.0, 0.02, inside.r + inside.g);
     around = grid_light(world, n);
     mirrored = mirrored_light(world, reflect(normalize(world - frame.eye[VIEW].xyz), n));
   }
   if (!kLightPerVertex) {
     out_room = around.rgb;
-    out_lamp.x = around.w;
     out_half_way = mirrored;
+    out_lamp = vec4(around.w, inside.w, known, 0.0);
+    if (kLightGrid) out_light.rgb = inside.rgb;
   } else {
     if ((kHolds & kHoldsGum) != 0) out_first.rgb *= mean_texture(tissue_1), out_second.rgb *= mean_texture(tissue_2);
-    vec3 light = visibility(world, n, around.w);
+    vec4 light = visibility(world, n, around.w);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = tissue_1 == tissue_2 ? 0.0 : step(0.5, share);
     out_first_look = surface_look(tissue_1, out_first_look, cut);
@@ -103,9 +109,10 @@ void main() {
     out_first.rgb = tinted(out_first.rgb * (1.0 - metal_of(out_first_look.y)), out_first_look.w, nv);
     out_second.rgb = tinted(out_second.rgb * (1.0 - metal_of(out_second_look.y)), out_second_look.w, nv);
     Look shown = Look(color, look.x, look.w, look.y, look.z);
-    out_light.rgb = film_passes(nv, shown) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
+    out_light.rgb = film_passes(nv, shown) * arriving(n, v, color, look.w, light, around.rgb, inside, known) +
+                    light.y * out_light.rgb;
     out_half_way = normalize(frame.key.xyz + v);
-    CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light.xy, Around(around.rgb, mirrored));
+    CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light.xy, Around(around.rgb, mirrored, inside, known));
     out_room = gloss.broad;
     out_lamp = vec4(gloss.lamp, gloss.width);
   }

@@ -1,16 +1,15 @@
 #include "engine/render/light_scene.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <thread>
 
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/render/in_parallel.h"
 #include "engine/render/shared.h"
 #include "engine/render/srgb.h"
 
@@ -225,20 +224,6 @@ class RayTree {
   std::vector<Stored> stored_;  // the triangles, sorted so that the triangles of a leaf are neighbours
 };
 
-/// Calls each(i) for 0 <= i < count on several threads.
-template <class Each>
-void in_parallel(std::size_t count, const Each& each) {
-  constexpr std::size_t kBlock = 32;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t first = next.fetch_add(kBlock); first < count; first = next.fetch_add(kBlock))
-      for (std::size_t i = first; i < std::min(first + kBlock, count); ++i) each(i);
-  };
-  std::vector<std::jthread> others;
-  for (unsigned t = 1; t < std::min(4u, std::thread::hardware_concurrency()); ++t) others.emplace_back(work);
-  work();
-}
-
 glm::vec3 smooth_steps(float from, float to, float x, const glm::vec3& low, const glm::vec3& high) {
   const float t = std::clamp((x - from) / (to - from), 0.0f, 1.0f);
   return glm::mix(low, high, t * t * (3 - 2 * t));
@@ -253,19 +238,21 @@ void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshU
   for (const MeshUpdate& brick : bricks)
     for (std::size_t i = 0; i + 2 < brick.indices.size(); i += 3) {
       LitTriangle t;
-      dvec3 albedo(0);
+      dvec3 color(0), path(0);
       for (std::size_t k = 0; k < 3; ++k) {
         const Vertex& v = brick.vertices[brick.indices[i + k]];
         t.corners[k] = glm::vec3(origin + dvec3(v.p));
+        t.normals[k] = v.n;
         const auto matter = static_cast<std::size_t>(v.tissue[v.second > 0.5f]);
-        albedo += layered_color(colors[matter], looks[matter].translucency, colors[static_cast<std::size_t>(v.under)],
-                                static_cast<double>(v.shows)) /
-                  3.0;
+        color += layered_color(colors[matter], looks[matter].translucency, colors[static_cast<std::size_t>(v.under)],
+                               static_cast<double>(v.shows)) /
+                 3.0;
+        path += free_path(looks, v) / 3.0;
       }
-      // The surface of the tissue, or its film of saliva, reflects a part of the light before it reaches the tissue.
       const Tissue outer = brick.vertices[brick.indices[i]].tissue[0];
-      const double film = hemispherical_reflectance(looks[static_cast<std::size_t>(outer)]);
-      t.albedo = glm::vec3(film + (1 - film) * albedo);
+      t.color = glm::vec3(color);
+      t.film = static_cast<float>(hemispherical_reflectance(looks[static_cast<std::size_t>(outer)]));
+      t.free_path = glm::vec3(path);
       triangles.push_back(t);
     }
 }
@@ -284,7 +271,10 @@ LightSources sources_of(const Lights& lights) {
   return sources;
 }
 
-glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
+namespace {
+
+/// Returns values of the grid as grid_values() in shaders/lighting.glsl. `first`: number of the first of the six faces.
+glm::vec4 grid_values(const LightGrid& grid, const dvec3& p, const glm::vec3& n, int first) {
   const glm::vec3 end(grid.size - 1);
   const glm::vec3 q =
       glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
@@ -292,13 +282,22 @@ glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
   const glm::vec3 f = q - glm::vec3(low);
   glm::vec4 sum(0);
   for (int axis = 0; axis < 3; ++axis) {
-    const int face = 2 * axis + (n[axis] < 0 ? 1 : 0);
+    const int face = first + 2 * axis + (n[axis] < 0 ? 1 : 0);
     const auto at = [&](int x, int y, int z) { return grid.faces[grid.index(face, {x, y, z})]; };
     const auto along_z = [&](int x, int y) { return glm::mix(at(x, y, low.z), at(x, y, high.z), f.z); };
     const auto along_y = [&](int x) { return glm::mix(along_z(x, low.y), along_z(x, high.y), f.y); };
     sum += n[axis] * n[axis] * glm::mix(along_y(low.x), along_y(high.x), f.x);
   }
   return sum;
+}
+
+}  // namespace
+
+glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
+  return grid_values(grid, p, n, 0);
+}
+glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r) {
+  return glm::vec3(grid_values(grid, p, r, shared::kLightDirections));
 }
 
 struct LightScene::Impl {
@@ -538,7 +537,7 @@ struct LightScene::Impl {
       if (bounce > 0)
         in_parallel(used.size(), [&](std::size_t i) {
           const glm::vec3 arrives = glm::vec3(light_at(grid, dvec3(middles[i]), normals[i]));
-          radiance[i] = triangles[used[i]].albedo * (direct[i] + arrives);
+          radiance[i] = triangles[used[i]].albedo() * (direct[i] + arrives);
         });
       in_parallel(samples.size(), [&](std::size_t s) {
         if (!samples[s].valid) return;

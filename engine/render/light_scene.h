@@ -21,7 +21,13 @@ namespace typodont::render {
 /// back is black.
 struct LitTriangle {
   std::array<glm::vec3, 3> corners;  // m, frame W, corners of the triangle
-  glm::vec3 albedo{0.5f};            // fraction of the light that the triangle reflects, for linear red, green and blue
+  glm::vec3 color{0.5f};             // diffuse reflectance of the tissue, for linear red, green and blue
+  float film = 0;  // fraction of the light that the surface or its film of saliva reflects before it reaches the tissue
+  std::array<glm::vec3, 3> normals{};  // unit normals of the surface at the corners
+  glm::vec3 free_path{0};              // m, mean free path of light in the tissue, for red, green and blue; 0: opaque
+
+  /// Returns the fraction of the light that the triangle reflects.
+  glm::vec3 albedo() const { return film + (1 - film) * color; }
 };
 
 /// Adds the triangles of a body's bricks (blocks of triangles); `origin`: m, frame W, origin of the vertices.
@@ -50,7 +56,7 @@ class LightScene {
   LightScene& operator=(LightScene&&) noexcept;
 
   /// Returns the light after `bounces` diffuse reflections. This call casts rays only to the lamp.
-  LightGrid light(const LightSources& sources, int bounces = 4) const;
+  LightGrid light(const LightSources& sources, int bounces = 8) const;
 
  private:
   struct Impl;
@@ -60,5 +66,7 @@ class LightScene {
 /// Returns the light that reaches a surface at p (m, frame W) with the normal n, interpolated as in the shaders; see
 /// LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
+/// Returns the light from the direction r that a glossy surface at p (m, frame W) mirrors, as in the shaders.
+glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r);
 
 }  // namespace typodont::render

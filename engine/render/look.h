@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/contract/tissue.h"
 #include "engine/render/drawn_matter.h"
+#include "engine/render/renderer.h"
 #include "engine/render/shared.h"
 
 namespace typodont::render {
@@ -18,6 +20,10 @@ struct Look {
   double metal = 0;
   double wetness = 0;  // strength of the water film on the surface
   double index = 1.5;  // refractive index
+  // 1/m, number of scattering and absorption events per distance of red, green and blue light, with isotropic
+  // scattering (reduced scattering + absorption); infinite: opaque. The values are those of
+  // tests/reference/tissues.json.
+  dvec3 extinction{std::numeric_limits<double>::infinity()};
 };
 
 inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materials) {
@@ -26,6 +32,9 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
                        double index = 1.5) {
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness, index};
+  };
+  const auto scatters = [&](Tissue t, double red, double green, double blue) {
+    looks[static_cast<std::size_t>(t)].extinction = 1e3 * dvec3(red, green, blue);
   };
   // The softer caries is, the darker it is drawn. Caries with a stiffness of 0.3 N/mm is drawn in the colour that the
   // scene's material states. With 0.5 N/mm, which is nearly the stiffness of dentin, caries is light brown. With 0.1
@@ -53,6 +62,16 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05, 1.52});
   drawn(kAcrylic, {{0.88, 0.55, 0.56}, 0.34, 0.40, 0, 0.25, 1.49});
   drawn(kPlastic, {{0.93, 0.90, 0.82}, 0.36, 0.55, 0, 0.25, 1.49});
+  scatters(Tissue::kEnamel, 0.275, 0.400, 0.695);
+  scatters(Tissue::kDentin, 2.16, 2.34, 2.86);
+  scatters(Tissue::kCaries, 2.8, 2.8, 2.8);
+  scatters(Tissue::kPulp, 1.8, 2.1, 2.5);
+  scatters(Tissue::kCorticalBone, 2.1, 2.5, 3.1);
+  scatters(Tissue::kCancellousBone, 1.5, 1.8, 2.3);
+  scatters(Tissue::kComposite, 1.3, 1.6, 2.1);
+  scatters(Tissue::kGingiva, 1.9, 2.3, 2.9);
+  scatters(kAcrylic, 3.3, 3.3, 3.3);
+  scatters(kPlastic, 2.3, 2.3, 2.3);
   return looks;
 }
 
@@ -78,17 +97,30 @@ inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3&
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
+/// Returns the mean free path (m) of red, green and blue light that leaves the surface at this vertex; 0: opaque. Light
+/// in a layer of enamel is also scattered in the tissue below, so its free path is shorter in a thin layer.
+inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex& v) {
+  constexpr double kUsualEnamel = 1.2e-3;  // m, thickness of a molar's enamel where the vertex states none
+  const Tissue outer = v.tissue[v.second > 0.5f];
+  const dvec3 path = 1.0 / looks[static_cast<std::size_t>(outer)].extinction;
+  const bool usual = v.under == Tissue::kAir;
+  if (outer != Tissue::kDentin && outer != Tissue::kEnamel) return path;
+  if ((usual && outer == Tissue::kDentin) || v.under == outer) return path;
+  const dvec3 below = 1.0 / looks[static_cast<std::size_t>(usual ? Tissue::kDentin : v.under)].extinction;
+  return glm::min(below + 0.5 * std::max(usual ? kUsualEnamel : static_cast<double>(v.depth), 0.02e-3), path);
+}
+
 /// Returns sRGB colours for tests and pictures of meshes that have no material table.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.738, 0.684, 0.620});
+  set(Tissue::kEnamel, {0.725, 0.684, 0.620});
   set(Tissue::kDentin, {0.72, 0.64, 0.50});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.61, 0.25, 0.22});
   set(Tissue::kCorticalBone, {0.80, 0.75, 0.65});
   set(Tissue::kCancellousBone, {0.74, 0.57, 0.46});
-  set(Tissue::kGingiva, {0.64, 0.405, 0.385});
+  set(Tissue::kGingiva, {0.648, 0.417, 0.398});
   set(Tissue::kAmalgam, {0.66, 0.67, 0.69});
   set(Tissue::kComposite, {0.76, 0.71, 0.62});
   return m;

@@ -12,11 +12,11 @@
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/mirror.h"
-#include "engine/render/passes/film_store.h"
 #include "engine/render/passes/frame_data.h"
 #include "engine/render/passes/frame_timer.h"
 #include "engine/render/passes/passes.h"
 #include "engine/render/passes/targets.h"
+#include "engine/render/passes/texel_store.h"
 #include "engine/render/sight.h"
 
 namespace typodont::render {
@@ -24,6 +24,7 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
+constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
 constexpr double kFullRedrawFraction =
     0.8;  // if a larger fraction of the picture than this has changed, the whole picture is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
@@ -55,11 +56,12 @@ struct Renderer::Impl {
   HiddenPass hidden;
   MaskPass mask;
   BrickStore bricks;
-  FilmStore film;
+  TexelStore<FilmTexel> film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
   LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
-  std::optional<SceneBounds> bounds;  // bounds of this frame's scene
-  std::uint64_t bounds_version = 0;   // version of the bricks (blocks of triangles) for which `bounds` was computed
+  TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
+  std::optional<SceneBounds> bounds;       // bounds of this frame's scene
+  std::uint64_t bounds_version = 0;  // version of the bricks (blocks of triangles) for which `bounds` was computed
 
   // Data of the last frame. If the data of the new frame are equal, nothing has moved.
   int last_views = 0;
@@ -87,8 +89,8 @@ struct Renderer::Impl {
     create_layout();
     create_pictures(2);
     shadow.create_map(context);
-    film.set(device, {});
-    set_light({});
+    film.set(device, FilmGrid{}, kFilmFormat);
+    set_light({}, {});
   }
 
   ~Impl() {
@@ -105,6 +107,7 @@ struct Renderer::Impl {
     bricks.destroy(device);
     film.destroy(device);
     light.destroy(device);
+    tissue_light.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear, beyond_film}) vkDestroySampler(device.device, s, nullptr);
     timer.destroy(device);
@@ -115,7 +118,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(6, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(7, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
@@ -160,12 +163,14 @@ struct Renderer::Impl {
     shared::FrameData data =
         frame_data_of(frame, context.quality, looks, tool_body, handpiece_body, targets.pictures.options.size, bounds);
     if (film.on()) {
-      data.film_origin = glm::vec4(glm::dvec4(film.grid.origin, 1 / film.grid.spacing));
-      data.film_size = glm::vec4(glm::dvec4(film.grid.size, 0));
+      data.film_origin = glm::vec4(glm::dvec4(film.origin, 1 / film.spacing));
+      data.film_size = glm::vec4(glm::dvec4(film.size, 0));
     }
     if (light_grid.size.x > 0) {
       data.light_origin = glm::vec4(glm::dvec4(light_grid.origin, 1 / light_grid.spacing));
       data.light_samples = glm::vec4(light_grid.size, 0);
+      data.tissue_light_origin = glm::vec4(glm::dvec4(tissue_light.origin, 1 / tissue_light.spacing));
+      data.tissue_light_cells = glm::vec4(tissue_light.size, 0);
     }
     return data;
   }
@@ -191,7 +196,7 @@ struct Renderer::Impl {
         frame.tool.visible == last_tool.visible &&
         (!frame.tool.visible || (same(frame.tool.X_WG, last_tool.X_WG) && same(frame.tool.X_GH, last_tool.X_GH) &&
                                  frame.tool.opacity == last_tool.opacity && frame.tool.open == last_tool.open));
-    if ((frame.cloud && frame.cloud->changes()) || film.changed()) return false;
+    if ((frame.cloud && frame.cloud->changes()) || film.changed() || tissue_light.changed()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
            tool_same && same_tip(frame.suction, last_tip) && same_particles(frame) &&
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
@@ -207,13 +212,15 @@ struct Renderer::Impl {
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
     inputs.fill(device, i, 4, beyond_film, film.image.view);
     inputs.fill(device, i, 5, linear, light.view);
+    inputs.fill(device, i, 6, linear, tissue_light.image.view);
   }
 
-  void set_light(const LightGrid& grid) {
+  void set_light(const LightGrid& grid, const TissueLightGrid& inside) {
     light_grid = grid;
     light_grid.faces.clear();
     const glm::ivec3 texels = grid.size * glm::ivec3(LightGrid::kFaces, 1, 1);
-    light.create(device, grid.size.x > 0 ? texels : glm::ivec3(1), VK_FORMAT_R16G16B16A16_SFLOAT);
+    light.create(device, grid.size.x > 0 ? texels : glm::ivec3(1), kLightFormat);
+    tissue_light.set(device, inside, kLightFormat);
     if (grid.size.x == 0) return;
     gpu::Buffer bytes =
         gpu::Buffer::create(device, grid.faces.size() * sizeof(std::uint64_t), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
@@ -225,6 +232,8 @@ struct Renderer::Impl {
       light.copy(commands, bytes.buffer, {&whole, 1});
     });
     bytes.destroy(device);
+    const CellBox all{glm::ivec3(0), inside.size - 1};
+    tissue_light.update([&](std::size_t i) { return glm::packHalf4x16(inside.values[i]); }, {&all, 1});
   }
 
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
@@ -363,6 +372,7 @@ struct Renderer::Impl {
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
+      tissue_light.mark(clip_from_world, drawn, tiles[e]);
       // the reflection in the mirror's glass may show any change of the scene
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
@@ -517,6 +527,7 @@ struct Renderer::Impl {
 
     if (frame.cloud) frame.cloud->record(commands, slot);
     stats.film_bytes = film.record(device, commands, slot);
+    tissue_light.record(device, commands, slot);
 
     if (reflects) draw_reflection(commands, mirrored, glass, slot, stats);
 
@@ -618,19 +629,25 @@ void Renderer::set_tool(const ToolMesh& tool, const Handpiece& handpiece) {
 
 void Renderer::set_film(const FilmGrid& grid) {
   vkDeviceWaitIdle(impl_->device.device);
-  impl_->film.set(impl_->device, grid);
+  impl_->film.set(impl_->device, grid, kFilmFormat);
   ++impl_->settings_version;
 }
 
-void Renderer::update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed) {
+void Renderer::update_film(std::span<const FilmTexel> texels, std::span<const CellBox> changed) {
   TYPODONT_CHECK(impl_->film.on());
-  impl_->film.update(texels, changed);
+  impl_->film.update([&](std::size_t i) { return texels[i]; }, changed);
 }
 
-void Renderer::set_light(const LightGrid& grid) {
+void Renderer::set_light(const LightGrid& grid, const TissueLightGrid& inside) {
+  TYPODONT_CHECK(grid.size.x == 0 || inside.size.x > 0);
   vkDeviceWaitIdle(impl_->device.device);
-  impl_->set_light(grid);
+  impl_->set_light(grid, inside);
   ++impl_->settings_version;
+}
+
+void Renderer::update_tissue_light(std::span<const glm::vec4> values, const CellBox& changed) {
+  TYPODONT_CHECK(impl_->tissue_light.on());
+  impl_->tissue_light.update([&](std::size_t i) { return glm::packHalf4x16(values[i]); }, {&changed, 1});
 }
 
 void Renderer::resize(glm::ivec2 size) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -85,6 +86,14 @@ struct Particle {
   glm::vec3 streak{0};   // m, frame W: path of a droplet during the exposure; it ends at p
 };
 
+/// A box of samples of a grid: from lo to hi, both included. The default is an empty box.
+struct CellBox {
+  glm::ivec3 lo{std::numeric_limits<int>::max()}, hi{std::numeric_limits<int>::min()};
+  bool empty() const { return lo.x > hi.x || lo.y > hi.y || lo.z > hi.z; }
+  void take(const CellBox& other) { lo = glm::min(lo, other.lo), hi = glm::max(hi, other.hi); }
+  bool meets(const CellBox& other) const { return !CellBox{glm::max(lo, other.lo), glm::min(hi, other.hi)}.empty(); }
+};
+
 /// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
@@ -98,10 +107,6 @@ struct FilmTexel {
   std::uint8_t colour = 0;  // colour of the solids: 0 enamel, 128 dentin, 255 caries
   std::uint8_t blood = 0;   // fraction of blood in the colour, times 255
   bool operator==(const FilmTexel&) const = default;
-};
-/// A box of the grid: the samples from lo to hi, both included.
-struct FilmBox {
-  glm::ivec3 lo{0}, hi{0};
 };
 
 /// Light from the room and from other surfaces, on a grid of samples at origin + spacing · (x, y, z). LightScene
@@ -125,6 +130,18 @@ struct LightGrid {
                size.z +
            static_cast<std::size_t>(i.z);
   }
+};
+
+/// Light that leaves translucent tissue after it has travelled in it, in a grid of cells at origin + spacing · (x, y,
+/// z) around the working tooth. Only the cells beside surfaces have light. TissueLight computes this grid.
+struct TissueLightGrid {
+  dvec3 origin{0};     // m, frame W, position of the first cell
+  double spacing = 0;  // m, distance between neighbouring cells
+  glm::ivec3 size{0};  // number of cells along x, y and z; 0: no grid
+  // With the index (x·size.y + y)·size.z + z. xyz: light that leaves the surface, divided by the tissue's reflectance,
+  // linear: in a flat layer with the same light everywhere, this is the irradiance divided by π. w: fraction of this
+  // light that came directly from the lamp.
+  std::vector<glm::vec4> values;
 };
 
 struct ToolState {
@@ -233,10 +250,13 @@ class Renderer {
   /// takes no time for it.
   void set_film(const FilmGrid& grid);
   /// Copies the `changed` boxes of the film from `texels`, the whole grid with the index (x·size.y + y)·size.z + z.
-  void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
-  /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
-  /// estimated from the shape of the surface near each point, and bodies do not reflect light to each other.
-  void set_light(const LightGrid& grid);
+  void update_film(std::span<const FilmTexel> texels, std::span<const CellBox> changed);
+  /// Sets the light that tissue receives from the room and from other surfaces, and the light that has travelled inside
+  /// the tissue near the working tooth. If the size of `grid` is 0, the room's light is estimated from the shape of the
+  /// surface near each point, bodies do not reflect light to each other, and `inside` is not used.
+  void set_light(const LightGrid& grid, const TissueLightGrid& inside);
+  /// Copies the `changed` box of the light inside tissue from `values`, the whole grid (TissueLightGrid::values).
+  void update_tissue_light(std::span<const glm::vec4> values, const CellBox& changed);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.

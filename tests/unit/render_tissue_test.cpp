@@ -87,7 +87,7 @@ TEST(CutEnamel, LosesItsFrostBelowWater) {
         const render::FilmGrid grid{.origin = dvec3(-20e-3), .spacing = 5e-3, .size = glm::ivec3(9)};
         stage.renderer->set_film(grid);
         const std::vector<render::FilmTexel> water(9 * 9 * 9, {.water = 150, .cover = 0, .colour = 0, .blood = 0});
-        const render::FilmBox all{glm::ivec3(0), glm::ivec3(8)};
+        const render::CellBox all{glm::ivec3(0), glm::ivec3(8)};
         stage.renderer->update_film(water, {&all, 1});
       }
       render::Frame frame = front_view();

@@ -122,7 +122,7 @@ void FilmPicture::show(const FilmPicture* picture, render::Renderer& renderer, S
     shown = {picture, 0};
   }
   if (!picture || picture->version_ == shown.version) return;
-  std::vector<render::FilmBox> boxes;
+  std::vector<render::CellBox> boxes;
   glm::ivec3 b;
   for (b.x = 0; b.x < picture->blocks_.x; ++b.x)
     for (b.y = 0; b.y < picture->blocks_.y; ++b.y)

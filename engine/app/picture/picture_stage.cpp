@@ -23,6 +23,11 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
+// m, edge of a cell in which the light inside tissue is computed
+constexpr double kLightCell = 0.3e-3;
+// number of these cells whose light is computed again before a frame, after a cut
+constexpr int kRefreshed = 40;
+
 /// Returns the shape in which the renderer draws the tool. For some tools, the renderer has a more detailed shape of
 /// its own. For all other tools, it draws the shape that the haptics uses for contact.
 render::ToolShape shape_of(const haptics::Tool& tool) {
@@ -213,6 +218,7 @@ PictureStage::~PictureStage() {
 
 void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
   if (!tooth_known_) render::append_triangles(tooth_, bricks, origin, render::appearances_of(servo_.materials));
+  if (tissue_light_) tissue_light_->put(bricks, origin);
   renderer_->update(render::kWorkingTooth, bricks);
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
@@ -252,23 +258,41 @@ void PictureStage::surround(const Surroundings& around) {
   typodont::surround(*renderer_, around_, coarse_around_);
   gum_version_ = 0;
   light_scene_.reset();
-  renderer_->set_light({});
+  tissue_light_.reset();
+  if (around_.lit) tissue_light_.emplace(*around_.lit, kLightCell, render::appearances_of(servo_.materials));
+  renderer_->set_light({}, {});
 }
 
-/// Computes the light that the bodies of a mouth reflect to each other, in the first frame, and again after the lamp
-/// has moved. Later changes of the bodies' shapes are ignored.
+/// Computes the light that the bodies of a mouth reflect to each other and that travels inside them, in the first
+/// frame, and again after the lamp has moved. When the working tooth is cut, the light inside tissue follows; the light
+/// between bodies stays the same.
 void PictureStage::follow_light(const render::Lights& lights) {
   constexpr double kSpacing = 1.25e-3;  // m, distance between two points at which the light is computed
   tooth_known_ = true;
-  if (!around_.lit || (light_scene_ && same_light(lights, lit_by_))) return;
+  if (!around_.lit) return;
+  if (light_scene_ && same_light(lights, lit_by_)) {
+    const render::CellBox changed = tissue_light_->refresh(kRefreshed);
+    if (!changed.empty()) renderer_->update_tissue_light(tissue_light_->grid().values, changed);
+    return;
+  }
   if (!light_scene_) {
     const auto looks = render::appearances_of(servo_.materials);
     std::vector<render::LitTriangle> triangles = tooth_;
-    for (const SurroundingMesh& mesh : around_.meshes)
-      render::append_triangles(triangles, mesh.coarse, mesh.origin, looks);
+    for (const SurroundingMesh& mesh : around_.meshes) {
+      std::vector<render::LitTriangle> body;
+      render::append_triangles(body, mesh.coarse, mesh.origin, looks);
+      triangles.insert(triangles.end(), body.begin(), body.end());
+      const bool empty = mesh.coarse.empty() || mesh.coarse.front().vertices.empty();
+      const Tissue outer = empty ? Tissue::kAir : mesh.coarse.front().vertices.front().tissue[0];
+      const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
+      tissue_light_->add_fixed(std::move(body), hard);
+    }
     light_scene_.emplace(std::move(triangles), *around_.lit, kSpacing);
   }
-  renderer_->set_light(light_scene_->light(render::sources_of(lights)));
+  const render::LightSources sources = render::sources_of(lights);
+  const render::LightGrid grid = light_scene_->light(sources);
+  tissue_light_->light(sources, grid);
+  renderer_->set_light(grid, tissue_light_->grid());
   lit_by_ = lights;
 }
 

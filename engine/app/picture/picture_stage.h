@@ -19,6 +19,7 @@
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
 #include "engine/render/sight.h"
+#include "engine/render/tissue_light.h"
 #include "engine/session/strings.h"
 #include "haptics/servo.h"
 
@@ -208,6 +209,7 @@ class PictureStage {
   bool tooth_known_ = false;                // true after the first frame, when `tooth_` is filled
   // Light that bodies reflect to each other, and the lamps for which it was computed. Used only in scenes with a mouth.
   std::optional<render::LightScene> light_scene_;
+  std::optional<render::TissueLight> tissue_light_;
   render::Lights lit_by_;
   bool coarse_around_ = false;
   std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the mesh that the renderer has received

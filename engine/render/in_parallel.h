@@ -1,0 +1,26 @@
+// A loop whose iterations several threads share.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace typodont::render {
+
+/// Calls each(i) for 0 <= i < count on up to four threads, and returns when all calls have returned. Any thread.
+template <class Each>
+void in_parallel(std::size_t count, const Each& each) {
+  constexpr std::size_t kBlock = 32;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t first = next.fetch_add(kBlock); first < count; first = next.fetch_add(kBlock))
+      for (std::size_t i = first; i < std::min(first + kBlock, count); ++i) each(i);
+  };
+  std::vector<std::jthread> others;
+  for (unsigned t = 1; t < std::min(4u, std::thread::hardware_concurrency()); ++t) others.emplace_back(work);
+  work();
+}
+
+}  // namespace typodont::render

@@ -1,0 +1,760 @@
+#include "engine/render/tissue_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <unordered_map>
+#include <utility>
+
+#include "engine/base/cache.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/render/in_parallel.h"
+
+namespace typodont::render {
+
+namespace {
+
+constexpr int kWalks = 64;    // random walks from each cell at a surface
+constexpr int kRays = 24;     // rays from each cell at a surface, which find the light of other surfaces
+constexpr int kLampRays = 6;  // rays from each cell to the lamp
+constexpr int kBounces = 3;   // diffuse reflections between surfaces inside the box
+// In cell edges. kBand: distance from the surface up to which a cell knows its distance; kNear: distance up to which a
+// cell belongs to the surface and computes its light.
+constexpr float kBand = 1.75f, kNear = 0.6f;
+constexpr float kLongestRay = 8e-3f;  // m; beyond this distance the light of the LightGrid is used
+// In cell edges. kSame: change of the distance to the surface below which a cell keeps its light; kTravels: distance
+// from a changed surface within which the light is computed again.
+constexpr float kSame = 0.15f;
+constexpr int kTravels = 4;
+constexpr float kSmooth = 0.45f;  // width of the smoothing (standard deviation) in free paths of green light
+constexpr int kGathered = 4;  // cells that find their arriving light in the time in which one follows its random walks
+constexpr std::int32_t kNone = -1, kFree = -2;  // instead of the index of an element: none; a ray leaves the box
+constexpr int kMostSteps = 200;                 // of a random walk; a walk rarely needs more than 30
+
+constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
+constexpr const char* kSuffix = ".light";
+
+/// Unit directions that are distributed evenly over the sphere, in random order, and random free paths in units of the
+/// mean free path. Random walks take their steps from these tables.
+struct StepTables {
+  static constexpr std::size_t kCount = 2048;
+  std::array<glm::vec3, kCount> directions;
+  std::array<float, kCount> lengths;
+  StepTables() {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double z = 1 - (2 * static_cast<double>(i) + 1) / kCount, r = std::sqrt(1 - z * z);
+      const double a = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
+      directions[i] = glm::vec3(r * std::cos(a), r * std::sin(a), z);
+      lengths[i] = static_cast<float>(-std::log1p(-(static_cast<double>(i) + 0.5) / kCount));
+    }
+  }
+};
+const StepTables& step_tables() {
+  static const StepTables tables;
+  return tables;
+}
+
+/// A fast generator of random numbers (Steele, Lea & Flood 2014, SplitMix64).
+struct Random {
+  std::uint64_t state;
+  std::uint64_t next() {
+    std::uint64_t z = state += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  float fraction() { return static_cast<float>(next() >> 40) * 0x1p-24f; }
+};
+
+/// Returns the point of a triangle that is nearest to p, as weights of its corners (Ericson 2005, Real-Time Collision
+/// Detection, 5.1.5).
+glm::vec3 nearest_in(const std::array<glm::vec3, 3>& c, const glm::vec3& p) {
+  const glm::vec3 ab = c[1] - c[0], ac = c[2] - c[0], ap = p - c[0], bp = p - c[1], cp = p - c[2];
+  const float d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap), d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp),
+              d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const float vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const float vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const float va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const float w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const float all = va + vb + vc;
+  return all > 0 ? glm::vec3(va, vb, vc) / all : glm::vec3(1, 0, 0);
+}
+
+/// Returns two unit vectors that are perpendicular to n and to each other.
+std::array<glm::vec3, 2> beside(const glm::vec3& n) {
+  const glm::vec3 a = glm::normalize(glm::cross(std::abs(n.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0), n));
+  return {a, glm::cross(n, a)};
+}
+
+/// Returns a direction around n with a density that is proportional to its cosine. u, v: 0..1
+glm::vec3 cosine_direction(const glm::vec3& n, float u, float v) {
+  const auto [a, b] = beside(n);
+  const float r = std::sqrt(u), turn = static_cast<float>(2 * kPi) * v;
+  return r * std::cos(turn) * a + r * std::sin(turn) * b + std::sqrt(std::max(1 - u, 0.0f)) * n;
+}
+
+/// Returns point i of a sequence that fills the unit square evenly (Roberts 2018, R2), moved by (u, v).
+glm::vec2 spread(int i, float u, float v) {
+  const glm::vec2 p(u + 0.7548776662f * static_cast<float>(i), v + 0.5698402910f * static_cast<float>(i));
+  return p - glm::floor(p);
+}
+
+/// A surface that a cell is near to.
+struct Element {
+  std::size_t cell = 0;
+  glm::vec3 p{0}, n{0, 0, 1};  // m, frame W: point of the surface that is nearest to the cell, and its normal
+  glm::vec3 color{0};          // diffuse reflectance of the tissue
+  glm::vec3 path{0};           // m, mean free path for red, green and blue light; 0: opaque
+  float film = 0;              // fraction of light that the surface mirrors
+  // irradiance divided by π: direct light of the lamp, and all light
+  glm::vec3 lamp{0}, arrives{0};
+  glm::vec4 leaves{0};  // value of the cell in the grid (TissueLightGrid::values)
+};
+
+}  // namespace
+
+float scattering_albedo(float reflectance) {
+  const float a = std::clamp(reflectance, 0.0f, 0.999f);
+  return 1 - std::exp(a * (-5.09406f + a * (2.61188f - a * 4.31805f)));
+}
+
+struct TissueLight::Impl {
+  TissueLightGrid grid;
+  float spacing = 0;
+  glm::vec3 origin{0};
+  std::array<Look, kMatterCount> looks;
+  LightSources sources;
+  LightGrid far;
+
+  // Distance (m) of each cell to the nearest surface, negative inside a body, limited to kBand cells: to the static
+  // bodies, to the working tooth, to the working tooth when its cells last got light, and to all bodies at that time.
+  std::vector<float> fixed, tooth, lit_tooth, distance;
+  // The same distance to the hard and to the soft ones of the static bodies, and to the body that add_fixed() adds; the
+  // latter is kBand cells everywhere between two calls. `in_hard` of each cell: whether it belongs
+  // to a hard body; where two bodies overlap, as a root and the gum, it belongs to the hard one.
+  std::vector<float> hard_fixed, soft_fixed, added;
+  std::vector<std::uint8_t> in_hard;
+  // of each cell: the nearest triangle of the static bodies; null if it is farther away than kBand cells
+  std::vector<const LitTriangle*> fixed_nearest;
+  std::vector<std::int32_t> element_of;  // of each cell: its index in `elements`, or kNone
+  std::vector<Element> elements;
+  std::vector<std::int32_t> unused;  // indices of `elements` that no cell uses any more
+  std::deque<std::vector<LitTriangle>> fixed_triangles;
+  struct Brick {
+    CellBox box;  // the cells whose distance the brick's triangles can determine
+    std::vector<LitTriangle> triangles;
+  };
+  std::unordered_map<std::uint64_t, Brick> bricks;  // of the working tooth
+  bool lit = false;                                 // true after the first call of light()
+  std::vector<CellBox> moved;                       // boxes of the cells of bricks that were replaced since then
+  // Cells whose light must be computed again, in the order of their turn: new parts of the surface; cells whose
+  // arriving light changed; and cells whose arriving light is known, but not the light that leaves them.
+  std::vector<std::size_t> fresh;
+  std::deque<std::size_t> gathering, walking;
+  static constexpr std::uint8_t kForLight = 1, kForWalk = 2;
+  std::vector<std::uint8_t> waits;  // of each cell: 0, or the list in which it waits
+
+  std::size_t index(const glm::ivec3& i) const {
+    return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(grid.size.y) + static_cast<std::size_t>(i.y)) *
+               static_cast<std::size_t>(grid.size.z) +
+           static_cast<std::size_t>(i.z);
+  }
+  glm::ivec3 cell_of(std::size_t at) const {
+    const auto z = static_cast<std::size_t>(grid.size.z), y = static_cast<std::size_t>(grid.size.y);
+    return {static_cast<int>(at / (z * y)), static_cast<int>(at / z % y), static_cast<int>(at % z)};
+  }
+  glm::vec3 place(const glm::ivec3& i) const { return origin + spacing * glm::vec3(i); }
+  template <class Each>
+  static void each_cell(const CellBox& box, const Each& each) {
+    for (int x = box.lo.x; x <= box.hi.x; ++x)
+      for (int y = box.lo.y; y <= box.hi.y; ++y)
+        for (int z = box.lo.z; z <= box.hi.z; ++z) each(glm::ivec3(x, y, z));
+  }
+  CellBox all() const { return {glm::ivec3(0), grid.size - 1}; }
+  CellBox clipped(const CellBox& box) const {
+    return {glm::max(box.lo, glm::ivec3(0)), glm::min(box.hi, grid.size - 1)};
+  }
+  CellBox grown(const CellBox& box, int by) const {
+    return {glm::max(box.lo - by, glm::ivec3(0)), glm::min(box.hi + by, grid.size - 1)};
+  }
+
+  Impl(const BoxInWorld& box, double cell, const std::array<Look, kMatterCount>& looks_of) : looks(looks_of) {
+    grid.origin = box.lo, grid.spacing = cell;
+    grid.size = glm::ivec3(glm::ceil((box.hi - box.lo) / cell)) + 1;
+    spacing = static_cast<float>(cell), origin = glm::vec3(box.lo);
+    const std::size_t cells = index(grid.size - 1) + 1;
+    fixed.assign(cells, kBand * spacing);
+    tooth = lit_tooth = distance = hard_fixed = soft_fixed = fixed;
+    added = fixed;
+    in_hard.assign(cells, 0);
+    fixed_nearest.assign(cells, nullptr);
+    known.assign(cells, 0);
+    element_of.assign(cells, kNone);
+    nearest.assign(cells, nullptr);
+    waits.assign(cells, 0);
+    grid.values.assign(cells, glm::vec4(0));
+  }
+
+  /// Returns the box of the cells that are less than kBand cells away from the triangle.
+  CellBox reach(const LitTriangle& t) const {
+    const auto& c = t.corners;
+    const glm::vec3 low = (glm::min(glm::min(c[0], c[1]), c[2]) - origin) / spacing - kBand,
+                    high = (glm::max(glm::max(c[0], c[1]), c[2]) - origin) / spacing + kBand;
+    const glm::vec3 last(grid.size - 1);
+    return {glm::ivec3(glm::ceil(glm::clamp(low, glm::vec3(0), last + 1.0f))),
+            glm::ivec3(glm::floor(glm::clamp(high, glm::vec3(-1), last)))};
+  }
+
+  // of each cell of the box that measure() computed last: the nearest triangle, or null; whether its sign is known
+  std::vector<const LitTriangle*> nearest;
+  std::vector<std::uint8_t> known;
+
+  /// Computes the distances of the cells in `box` to the surface of one body, and the nearest triangles. A cell that
+  /// is more than kBand cells away from all triangles gets its sign from the cells beside it.
+  void measure(std::span<const std::span<const LitTriangle>> parts, const CellBox& box, std::vector<float>& result) {
+    const float band = kBand * spacing;
+    each_cell(box,
+              [&](const glm::ivec3& i) { nearest[index(i)] = nullptr, result[index(i)] = band, known[index(i)] = 0; });
+    for (const std::span<const LitTriangle> triangles : parts)
+      for (const LitTriangle& t : triangles) {
+        const CellBox near = reach(t);
+        const CellBox cells{glm::max(near.lo, box.lo), glm::min(near.hi, box.hi)};
+        if (glm::any(glm::greaterThan(cells.lo, cells.hi))) continue;
+        const glm::vec3 normal = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
+        const float length = glm::length(normal);
+        if (!(length > 0)) continue;
+        const glm::vec3 unit = normal / length;
+        each_cell(cells, [&](const glm::ivec3& i) {
+          const glm::vec3 q = place(i);
+          const std::size_t at = index(i);
+          if (std::abs(glm::dot(unit, q - t.corners[0])) >= result[at]) return;
+          const glm::vec3 w = nearest_in(t.corners, q);
+          const float d = glm::length(q - (w.x * t.corners[0] + w.y * t.corners[1] + w.z * t.corners[2]));
+          if (d < result[at]) result[at] = d, nearest[at] = &t;
+        });
+      }
+    each_cell(box, [&](const glm::ivec3& i) {
+      const std::size_t at = index(i);
+      const LitTriangle* const t = nearest[at];
+      if (!t) return;
+      const glm::vec3 q = place(i), w = nearest_in(t->corners, q);
+      const glm::vec3 n = w.x * t->normals[0] + w.y * t->normals[1] + w.z * t->normals[2];
+      if (glm::dot(n, q - (w.x * t->corners[0] + w.y * t->corners[1] + w.z * t->corners[2])) < 0)
+        result[at] = -result[at];
+      known[at] = 1;
+    });
+    // Cells that are far from the surface form connected parts of space. The cells beside a part decide by majority
+    // whether it is inside the body, because at a sharp edge the sign of a single cell can be wrong.
+    std::vector<std::size_t> part;
+    each_cell(box, [&](const glm::ivec3& first) {
+      if (known[index(first)]) return;
+      int inside = 0;
+      part.assign(1, index(first));
+      known[index(first)] = 1;
+      for (std::size_t k = 0; k < part.size(); ++k)
+        for (int side = 0; side < 6; ++side) {
+          glm::ivec3 j = cell_of(part[k]);
+          j[side / 2] += side % 2 ? 1 : -1;
+          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size))) continue;
+          const std::size_t at = index(j);
+          const bool in_box = glm::all(glm::lessThanEqual(box.lo, j)) && glm::all(glm::lessThanEqual(j, box.hi));
+          if (!in_box || nearest[at])
+            inside += result[at] < 0 ? 1 : -1;
+          else if (std::exchange(known[at], std::uint8_t{1}) == 0)
+            part.push_back(at);
+        }
+      for (const std::size_t at : part) result[at] = inside > 0 ? -band : band;
+    });
+  }
+
+  Element element_for(std::size_t at, const LitTriangle& t) const {
+    const glm::vec3 w = nearest_in(t.corners, place(cell_of(at)));
+    Element e;
+    e.cell = at;
+    e.p = w.x * t.corners[0] + w.y * t.corners[1] + w.z * t.corners[2];
+    e.n = glm::normalize(w.x * t.normals[0] + w.y * t.normals[1] + w.z * t.normals[2]);
+    e.color = t.color, e.path = t.free_path, e.film = t.film;
+    return e;
+  }
+  void set_element(std::size_t at, const Element& e) {
+    std::int32_t& own = element_of[at];
+    if (own == kNone && !unused.empty()) {
+      own = unused.back();
+      unused.pop_back();
+    } else if (own == kNone) {
+      own = static_cast<std::int32_t>(elements.size());
+      elements.emplace_back();
+    }
+    Element& set = elements[static_cast<std::size_t>(own)];
+    const glm::vec4 leaves = set.leaves;  // until its light is computed
+    set = e;
+    set.leaves = leaves;
+  }
+  void remove_element(std::size_t at) {
+    if (element_of[at] == kNone) return;
+    unused.push_back(element_of[at]);
+    element_of[at] = kNone;
+  }
+
+  void add_fixed(std::vector<LitTriangle> triangles, bool hard) {
+    fixed_triangles.push_back(std::move(triangles));
+    const std::array<std::span<const LitTriangle>, 1> parts{fixed_triangles.back()};
+    CellBox reached;
+    for (const LitTriangle& t : fixed_triangles.back()) reached.take(reach(t));
+    const CellBox box = clipped(reached);
+    if (box.empty()) return;
+    measure(parts, box, added);
+    std::vector<float>& kind = hard ? hard_fixed : soft_fixed;
+    each_cell(box, [&](const glm::ivec3& i) {
+      const std::size_t at = index(i);
+      kind[at] = std::min(kind[at], added[at]);
+      if (added[at] < fixed[at]) {
+        fixed[at] = added[at];
+        fixed_nearest[at] = nearest[at];
+        choose(at, nullptr);
+      }
+      find_kind(at);
+      added[at] = kBand * spacing;
+    });
+  }
+  /// Finds out whether a cell belongs to a hard body.
+  void find_kind(std::size_t at) {
+    const float hard = std::min(lit_tooth[at], hard_fixed[at]);
+    in_hard[at] = hard < 0 || hard < soft_fixed[at];
+  }
+  /// Chooses the nearest surface of a cell, which belongs to the working tooth or to a static body. `triangle`: the
+  /// nearest triangle of the working tooth, or null.
+  void choose(std::size_t at, const LitTriangle* triangle) {
+    const bool of_tooth = lit_tooth[at] < fixed[at];
+    distance[at] = of_tooth ? lit_tooth[at] : fixed[at];
+    const LitTriangle* const own = of_tooth ? triangle : fixed_nearest[at];
+    if (own && std::abs(distance[at]) <= kNear * spacing)
+      set_element(at, element_for(at, *own));
+    else
+      remove_element(at);
+  }
+
+  void put(std::span<const MeshUpdate> updates, const dvec3& body_origin) {
+    for (const MeshUpdate& update : updates) {
+      Brick& brick = bricks[update.brick];
+      CellBox box = brick.box;
+      brick = {};
+      append_triangles(brick.triangles, {&update, 1}, body_origin, looks);
+      for (const LitTriangle& t : brick.triangles) brick.box.take(reach(t));
+      box.take(brick.box);
+      if (brick.triangles.empty()) bricks.erase(update.brick);
+      box = clipped(box);
+      if (!box.empty()) moved.push_back(box);
+    }
+  }
+
+  /// Finds the surface of the working tooth again where its bricks were replaced. Cells whose distance to the surface
+  /// changed wait for their new light, and all cells nearby, whose light comes from the same tissue.
+  void follow_tooth() {
+    constexpr std::size_t kMostBoxes = 64;  // with more boxes, it is faster to measure them as one box
+    if (moved.size() > kMostBoxes) {
+      CellBox whole;
+      for (const CellBox& box : moved) whole.take(box);
+      moved.assign(1, whole);
+    }
+    for (const CellBox& box : std::exchange(moved, {})) follow_tooth(box);
+  }
+  void follow_tooth(const CellBox& box) {
+    std::vector<std::span<const LitTriangle>> parts;
+    for (const auto& [number, brick] : bricks)
+      if (brick.box.meets(box)) parts.emplace_back(brick.triangles);
+    measure(parts, box, tooth);
+    CellBox changed;
+    each_cell(box, [&](const glm::ivec3& i) {
+      const std::size_t at = index(i);
+      if (lit && std::abs(tooth[at] - lit_tooth[at]) < kSame * spacing) return;
+      const bool is_new = element_of[at] == kNone;
+      lit_tooth[at] = tooth[at];
+      choose(at, nearest[at]);
+      find_kind(at);
+      changed.take({i, i});
+      if (lit && is_new && element_of[at] != kNone) fresh.push_back(at);
+    });
+    if (!lit || changed.empty()) return;
+    each_cell(grown(changed, kTravels), [&](const glm::ivec3& i) {
+      if (element_of[index(i)] != kNone) wait(index(i));
+    });
+  }
+  void wait(std::size_t at) {
+    if (std::exchange(waits[at], kForLight) != kForLight) gathering.push_back(at);
+  }
+  Element* element(std::size_t at) {
+    return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
+  }
+
+  /// Returns the distance (m) to the nearest surface at a point in cells, interpolated between the cells.
+  float distance_at(const glm::vec3& q) const {
+    const glm::ivec3 low = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), grid.size - 2);
+    const glm::vec3 f = glm::clamp(q - glm::vec3(low), 0.0f, 1.0f);
+    const float* const at = distance.data() + index(low);
+    const std::size_t dx = static_cast<std::size_t>(grid.size.y) * static_cast<std::size_t>(grid.size.z),
+                      dy = static_cast<std::size_t>(grid.size.z);
+    const auto along_z = [&](std::size_t i) { return at[i] + f.z * (at[i + 1] - at[i]); };
+    const float a = along_z(0), b = along_z(dy), c = along_z(dx), d = along_z(dx + dy);
+    const float ab = a + f.y * (b - a), cd = c + f.y * (d - c);
+    return ab + f.x * (cd - ab);
+  }
+  bool in_box(const glm::vec3& q) const {
+    return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= static_cast<float>(grid.size.x - 1) &&
+           q.y <= static_cast<float>(grid.size.y - 1) && q.z <= static_cast<float>(grid.size.z - 1);
+  }
+  /// Returns the element at a point of the surface, in cells, or -1.
+  std::int32_t element_at(const glm::vec3& q) const {
+    const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(q)), glm::ivec3(0), grid.size - 1);
+    const std::int32_t found = element_of[index(near)];
+    if (found >= 0) return found;
+    const glm::ivec3 low = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), grid.size - 2);
+    for (int k = 0; k < 8; ++k) {
+      const std::int32_t other = element_of[index(low + glm::ivec3(k & 1, (k >> 1) & 1, k >> 2))];
+      if (other >= 0) return other;
+    }
+    return kNone;
+  }
+
+  /// Follows a ray outside the bodies. `q`: start in cells; on return, the end. Returns the element that the ray meets,
+  /// kFree if it meets none within `longest` (m) or leaves the box.
+  std::int32_t follow_outside(glm::vec3& q, const glm::vec3& direction, float longest) const {
+    float way = 0;
+    while (way < longest) {
+      const float d = distance_at(q);
+      if (d <= 0) return element_at(q);
+      const float step = std::max(d, 0.15f * spacing);
+      q += direction * (step / spacing);
+      way += step;
+      if (!in_box(q)) return kFree;
+    }
+    return kFree;
+  }
+
+  struct Exit {
+    std::int32_t element = kNone;
+    glm::vec3 weight{0};
+  };
+  /// Follows one random walk from an element through the tissue until it leaves the tissue. `first`, `length`:
+  /// direction and length (in mean free paths) of the first step. The free path of one colour of light determines the
+  /// steps; the weights correct the other colours (balance heuristic, Veach & Guibas 1995).
+  Exit walk(const Element& e, int leading, const glm::vec3& first, float length, Random& random) const {
+    const StepTables& tables = step_tables();
+    glm::vec3 albedo;
+    for (int c = 0; c < 3; ++c) albedo[c] = scattering_albedo(e.color[c]);
+    const float survives = std::max({albedo.x, albedo.y, albedo.z});
+    glm::vec3 q = (e.p - e.n * (0.02f * spacing) - origin) / spacing, direction = first;
+    float total = 0;  // m, length of the walk
+    for (int scattered = 0; scattered < kMostSteps; ++scattered) {
+      float left = length * e.path[leading];
+      // The first step leaves the surface, where the interpolated distance may not be negative yet.
+      std::int32_t met = kNone;
+      float done = 0;
+      while (done < left) {
+        const float d = distance_at(q);
+        if (d >= 0 && (scattered > 0 || done > 0.25f * spacing)) {
+          met = element_at(q);
+          if (met != kNone) break;
+        }
+        const float step = std::min(std::max(-d, 0.15f * spacing), left - done);
+        q += direction * (step / spacing);
+        done += step;
+        if (!in_box(q)) return {};
+      }
+      total += done;
+      if (met != kNone) {
+        if (in_hard[elements[static_cast<std::size_t>(met)].cell] != in_hard[e.cell]) return {};
+        Exit exit{met, glm::vec3(0)};
+        glm::vec3 density;
+        for (int c = 0; c < 3; ++c) {
+          const float ratio = e.path[leading] / e.path[c];
+          density[c] =
+              std::pow(ratio, static_cast<float>(scattered)) * std::exp((1 / e.path[leading] - 1 / e.path[c]) * total);
+        }
+        const float mean = (density.x + density.y + density.z) / 3;
+        for (int c = 0; c < 3; ++c)
+          exit.weight[c] = std::pow(albedo[c] / survives, static_cast<float>(scattered)) * density[c] / mean;
+        return exit;
+      }
+      // Light that passes from a tooth into the gum counts as lost, because the gum absorbs most of it. Light that
+      // passes from the gum into a tooth is lost unless it comes back.
+      const glm::ivec3 cell = glm::clamp(glm::ivec3(glm::round(q)), glm::ivec3(0), grid.size - 1);
+      if (in_hard[e.cell] && !in_hard[index(cell)] && distance[index(cell)] < 0) return {};
+      const std::uint64_t bits = random.next();
+      if (static_cast<float>(bits >> 40) * 0x1p-24f >= survives) return {};
+      direction = tables.directions[bits % StepTables::kCount];
+      length = tables.lengths[(bits >> 12) % StepTables::kCount];
+    }
+    return {};
+  }
+
+  /// Computes the light that arrives at an element from the lamp and from outside the box. `met`: kRays elements that
+  /// the rays towards other surfaces meet, or kFree or kNone.
+  glm::vec3 gather(Element& e, std::int32_t* met) const {
+    Random random{e.cell};
+    const float u = random.fraction(), v = random.fraction();
+    const glm::vec3 start = (e.p + e.n * (0.35f * spacing) - origin) / spacing;
+    const float facing = glm::dot(e.n, sources.toward_lamp);
+    e.lamp = glm::vec3(0);
+    if (facing > 0) {
+      const auto [a, b] = beside(sources.toward_lamp);
+      float seen = 0;
+      for (int k = 0; k < kLampRays; ++k) {
+        const glm::vec2 s = spread(k, u, v);
+        const float r = sources.lamp_half_angle * std::sqrt(s.x), turn = static_cast<float>(2 * kPi) * s.y;
+        const glm::vec3 d = glm::normalize(sources.toward_lamp + r * (std::cos(turn) * a + std::sin(turn) * b));
+        glm::vec3 q = start;
+        if (follow_outside(q, d, 1.0f) == kFree) seen += light_at(far, dvec3(origin + spacing * q), d).w;
+      }
+      e.lamp = sources.lamp * (facing * seen / kLampRays);
+    }
+    glm::vec3 distant(0);
+    for (int k = 0; k < kRays; ++k) {
+      const glm::vec2 s = spread(k, u, v);
+      const glm::vec3 d = cosine_direction(e.n, s.x, s.y);
+      glm::vec3 q = start;
+      met[k] = follow_outside(q, d, kLongestRay);
+      if (met[k] == kFree) distant += mirrored_at(far, dvec3(origin + spacing * q), d);
+    }
+    return e.lamp + distant / float{kRays};
+  }
+  /// Returns the light that other elements send to an element.
+  glm::vec3 from_others(const std::int32_t* met) const {
+    glm::vec3 sum(0);
+    for (int k = 0; k < kRays; ++k) {
+      if (met[k] < 0) continue;
+      const Element& other = elements[static_cast<std::size_t>(met[k])];
+      sum += other.film * other.arrives + (1 - other.film) * other.color * glm::vec3(other.leaves);
+    }
+    return sum / float{kRays};
+  }
+  void walk_all(const Element& e, Exit* exits) const {
+    Random random{~e.cell};
+    const float u = random.fraction(), v = random.fraction();
+    for (int k = 0; k < kWalks; ++k) {
+      const glm::vec2 s = spread(k, u, v);
+      const float length = -std::log1p(-(static_cast<float>(k) + random.fraction()) / (kWalks + 1e-4f));
+      exits[k] = walk(e, k % 3, cosine_direction(-e.n, s.x, s.y), length, random);
+    }
+  }
+  /// Returns the light that leaves an element (Element::leaves).
+  glm::vec4 leaving(const Element& e, const Exit* exits) const {
+    glm::vec3 sum(0), lamp(0);
+    if (e.path == glm::vec3(0)) {
+      sum = e.arrives, lamp = e.lamp;
+    } else {
+      for (int k = 0; k < kWalks; ++k) {
+        if (exits[k].element < 0) continue;
+        const Element& at = elements[static_cast<std::size_t>(exits[k].element)];
+        sum += exits[k].weight * at.arrives, lamp += exits[k].weight * at.lamp;
+      }
+      const glm::vec3 whole = float{kWalks} * glm::max(e.color, glm::vec3(1e-3f));
+      sum /= whole, lamp /= whole;
+    }
+    const glm::vec3 luma(0.2126f, 0.7152f, 0.0722f);
+    const float all = glm::dot(luma, sum);
+    return {sum, all > 0 ? std::min(glm::dot(luma, lamp) / all, 1.0f) : 0.0f};
+  }
+
+  void light(const LightSources& new_sources, const LightGrid& new_far) {
+    sources = new_sources, far = new_far;
+    follow_tooth();
+    lit = true;
+    std::fill(waits.begin(), waits.end(), std::uint8_t{0});
+    fresh.clear(), gathering.clear(), walking.clear();
+    const std::filesystem::path in = cache::folder("tissue_light");
+    const std::uint64_t key = key_of_light();
+    if (!read(cache::find(in, key, kSuffix))) {
+      compute();
+      cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
+    }
+    fill(all());
+  }
+  void compute() {
+    const std::size_t count = elements.size();
+    std::vector<std::int32_t> met(count * kRays);
+    std::vector<Exit> exits(count * kWalks);
+    std::vector<glm::vec3> outer(count), next(count);
+    in_parallel(count, [&](std::size_t i) {
+      outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
+      if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * kWalks]);
+    });
+    for (int bounce = 0; bounce <= kBounces; ++bounce) {
+      in_parallel(count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * kWalks]); });
+      if (bounce == kBounces) break;
+      in_parallel(count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); });
+      for (std::size_t i = 0; i < count; ++i) elements[i].arrives = next[i];
+    }
+  }
+  /// Computes the key of the light in the cache, from all values on which the light depends.
+  std::uint64_t key_of_light() const {
+    Fnv1a key;
+    cache::add_program(key);
+    key.add(spacing);
+    key.bytes(distance.data(), distance.size() * sizeof distance[0]);
+    for (const Element& e : elements) {
+      key.add(e.cell);
+      key.add(e.film);
+      for (const glm::vec3& v : {e.p, e.n, e.color, e.path}) key.bytes(&v, sizeof v);
+    }
+    key.bytes(far.faces.data(), far.faces.size() * sizeof far.faces[0]);
+    for (const glm::vec3& v : {sources.toward_lamp, sources.lamp}) key.bytes(&v, sizeof v);
+    key.add(sources.lamp_half_angle);
+    return key.value;
+  }
+  /// Calls use(address, size in bytes) for the memory of each value that compute() computes, until a call returns
+  /// false.
+  template <class Use>
+  bool each_part(Use&& use) {
+    for (Element& e : elements)
+      if (!use(&e.lamp, sizeof e.lamp) || !use(&e.arrives, sizeof e.arrives) || !use(&e.leaves, sizeof e.leaves))
+        return false;
+    return true;
+  }
+  /// Writes the result of compute(). Throws Error.
+  void write(const std::filesystem::path& file) {
+    std::ofstream out(file, std::ios::binary);
+    const auto put = [&](const auto* data, std::size_t bytes) {
+      return static_cast<bool>(out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(bytes)));
+    };
+    if (!each_part(put) || !out.flush()) throw Error(file.string(), "", "not written", "a writable place");
+  }
+  /// Reads the result of compute(). Returns false if there is no file. The cache has checked the file's content.
+  bool read(const std::filesystem::path& file) {
+    if (file.empty()) return false;
+    std::ifstream in(file, std::ios::binary);
+    return each_part([&](auto* data, std::size_t bytes) {
+      return static_cast<bool>(in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(bytes)));
+    });
+  }
+
+  CellBox refresh(int most) {
+    CellBox changed;
+    if (!lit) return changed;
+    follow_tooth();
+    std::array<std::int32_t, kRays> met;
+    std::array<Exit, kWalks> exits;
+    const auto gather_now = [&](Element& e) {
+      e.arrives = gather(e, met.data());
+      e.arrives += from_others(met.data());
+    };
+    const auto walk_now = [&](Element& e) {
+      if (e.path != glm::vec3(0)) walk_all(e, exits.data());
+      e.leaves = leaving(e, exits.data());
+      changed.take({cell_of(e.cell), cell_of(e.cell)});
+    };
+    // New parts of the surface get their light at once. The other cells first all find the light that arrives, because
+    // the light of the next step comes from them.
+    for (const std::size_t at : fresh)
+      if (Element* const e = element(at)) gather_now(*e);
+    for (const std::size_t at : fresh)
+      if (Element* const e = element(at)) walk_now(*e);
+    fresh.clear();
+    for (int left = kGathered * most; left > 0 && !gathering.empty(); gathering.pop_front()) {
+      const std::size_t at = gathering.front();
+      Element* const e = element(at);
+      waits[at] = e ? kForWalk : 0;
+      if (!e) continue;
+      gather_now(*e);
+      walking.push_back(at);
+      --left;
+    }
+    for (int left = most; left > 0 && !walking.empty(); walking.pop_front()) {
+      const std::size_t at = walking.front();
+      Element* const e = element(at);
+      if (waits[at] == kForWalk) waits[at] = 0;
+      if (!e) continue;
+      walk_now(*e);
+      --left;
+    }
+    if (changed.empty()) return changed;
+    changed = grown(changed, 3);  // the smoothing and the filling reach so far
+    fill(changed);
+    return changed;
+  }
+
+  /// Returns the light of an element, averaged over its neighbours on the same side of the body. This removes most of
+  /// the noise of the random walks. Light inside tissue changes little over a distance that is shorter than its free
+  /// path, so the mean is taken over a part of the free path.
+  glm::vec4 smoothed(const Element& e) const {
+    if (e.path == glm::vec3(0)) return e.leaves;
+    const float width = std::clamp(kSmooth * e.path.y / spacing, 0.6f, 1.6f);  // cells
+    constexpr int reach = 2;
+    glm::vec4 sum(0);
+    float weights = 0;
+    each_cell(grown(CellBox{cell_of(e.cell), cell_of(e.cell)}, reach), [&](const glm::ivec3& i) {
+      const std::int32_t at = element_of[index(i)];
+      if (at == kNone) return;
+      const Element& other = elements[static_cast<std::size_t>(at)];
+      const float facing = glm::dot(e.n, other.n);
+      if (facing <= 0 || other.path == glm::vec3(0)) return;
+      const glm::vec3 apart = (other.p - e.p) / spacing;
+      const float alike = std::min(e.path.y, other.path.y) / std::max(e.path.y, other.path.y);
+      const float w = facing * facing * alike * alike * std::exp(-0.5f * glm::dot(apart, apart) / (width * width));
+      sum += w * other.leaves;
+      weights += w;
+    });
+    return sum / weights;
+  }
+
+  /// Writes the light of the cells in `box` into the grid. The cells beside those of the surfaces get the mean light of
+  /// their neighbours, because shaders interpolate.
+  void fill(const CellBox& box) {
+    const auto rows = static_cast<std::size_t>(box.hi.x - box.lo.x + 1);
+    in_parallel(rows, [&](std::size_t row) {
+      const int x = box.lo.x + static_cast<int>(row);
+      each_cell({{x, box.lo.y, box.lo.z}, {x, box.hi.y, box.hi.z}}, [&](const glm::ivec3& i) {
+        const std::int32_t own = element_of[index(i)];
+        grid.values[index(i)] = own == kNone ? glm::vec4(0) : smoothed(elements[static_cast<std::size_t>(own)]);
+      });
+    });
+    each_cell(box, [&](const glm::ivec3& i) {
+      const std::size_t at = index(i);
+      if (element_of[at] != kNone || std::abs(distance[at]) >= kBand * spacing) return;
+      glm::vec4 sum(0);
+      int count = 0;
+      each_cell(grown({i, i}, 1), [&](const glm::ivec3& j) {
+        if (element_of[index(j)] == kNone) return;
+        sum += grid.values[index(j)];
+        ++count;
+      });
+      if (count > 0) grid.values[at] = sum / static_cast<float>(count);
+    });
+  }
+};
+
+TissueLight::TissueLight(const BoxInWorld& box, double spacing, const std::array<Look, kMatterCount>& looks)
+    : impl_(std::make_unique<Impl>(box, spacing, looks)) {}
+TissueLight::~TissueLight() = default;
+TissueLight::TissueLight(TissueLight&&) noexcept = default;
+TissueLight& TissueLight::operator=(TissueLight&&) noexcept = default;
+
+void TissueLight::add_fixed(std::vector<LitTriangle> triangles, bool hard) {
+  impl_->add_fixed(std::move(triangles), hard);
+}
+void TissueLight::put(std::span<const MeshUpdate> bricks, const dvec3& origin) {
+  impl_->put(bricks, origin);
+}
+void TissueLight::light(const LightSources& sources, const LightGrid& far) {
+  impl_->light(sources, far);
+}
+CellBox TissueLight::refresh(int most) {
+  return impl_->refresh(most);
+}
+const TissueLightGrid& TissueLight::grid() const {
+  return impl_->grid;
+}
+
+}  // namespace typodont::render

@@ -1,0 +1,185 @@
+// Tests light that travels inside tissue, against analytic cases.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "engine/render/look.h"
+#include "engine/render/tissue_light.h"
+
+namespace typodont::test {
+namespace {
+
+// These tests compute the light themselves: no file can be created in this folder.
+[[maybe_unused]] const int g_no_cache = setenv("TYPODONT_CACHE", "/proc/self", 1);
+
+using render::LitTriangle;
+using render::TissueLight;
+
+constexpr double kCell = 0.3e-3;
+constexpr float kPath = 0.6e-3f;  // m, mean free path of the tissue in the tests
+const std::array<render::Look, render::kMatterCount> kLooks = render::appearances_of(render::default_colors());
+
+/// Adds a plate of two triangles of this colour. Its front is the side from which a, b, c, d run counter-clockwise.
+void add_plate(std::vector<LitTriangle>& all, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
+               const glm::vec3& d, const glm::vec3& color) {
+  const glm::vec3 n = glm::normalize(glm::cross(b - a, c - a));
+  for (const auto& corners : {std::array{a, b, c}, std::array{a, c, d}})
+    all.push_back({.corners = corners, .color = color, .normals = {n, n, n}, .free_path = glm::vec3(kPath)});
+}
+std::vector<LitTriangle> box_of(const glm::vec3& lo, const glm::vec3& hi, const glm::vec3& color) {
+  std::vector<LitTriangle> all;
+  const auto at = [&](int x, int y, int z) { return glm::vec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z); };
+  add_plate(all, at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1), color);
+  add_plate(all, at(0, 1, 0), at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), color);
+  add_plate(all, at(1, 1, 0), at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), color);
+  add_plate(all, at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1), color);
+  add_plate(all, at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1), color);
+  add_plate(all, at(0, 1, 0), at(1, 1, 0), at(1, 0, 0), at(0, 0, 0), color);
+  return all;
+}
+/// Returns a grid with the same light from all directions.
+render::LightGrid uniform(const glm::vec3& light) {
+  render::LightGrid grid{.origin = dvec3(-20e-3), .spacing = 40e-3, .size = glm::ivec3(2), .faces = {}};
+  grid.faces.assign(render::LightGrid::kFaces * grid.samples(), glm::vec4(light, 1));
+  return grid;
+}
+render::LightSources lamp_above() {
+  render::LightSources sources;
+  sources.toward_lamp = {0, 0, 1};
+  sources.lamp = glm::vec3(1);
+  return sources;
+}
+/// Returns the light of the grid at a point, interpolated as in the shaders.
+glm::vec4 at(const render::TissueLightGrid& grid, const dvec3& p) {
+  const glm::vec3 q((p - grid.origin) / grid.spacing);
+  const glm::ivec3 low(glm::floor(q));
+  const glm::vec3 f = q - glm::vec3(low);
+  glm::vec4 sum(0);
+  for (int k = 0; k < 8; ++k) {
+    const glm::ivec3 bit(k & 1, (k >> 1) & 1, k >> 2), i = low + bit;
+    const glm::vec3 w = glm::mix(1.0f - f, f, glm::vec3(bit));
+    sum += w.x * w.y * w.z * grid.values[static_cast<std::size_t>((i.x * grid.size.y + i.y) * grid.size.z + i.z)];
+  }
+  return sum;
+}
+/// Returns the mean light of points on the plane z = `height`, from x = `from` to x = `to`.
+glm::vec4 mean(const render::TissueLightGrid& grid, double height, double from, double to) {
+  constexpr int kPoints = 400;
+  glm::vec4 sum(0);
+  for (int i = 0; i < kPoints; ++i)
+    sum += at(grid, {glm::mix(from, to, (i + 0.5) / kPoints), -1.5e-3 + 3e-3 * std::fmod(0.618 * i, 1.0), height});
+  return sum / float{kPoints};
+}
+TissueLight scene_of(std::vector<LitTriangle> body) {
+  TissueLight light({dvec3(-6e-3, -6e-3, -6e-3), dvec3(6e-3, 6e-3, 4e-3)}, kCell, kLooks);
+  light.add_fixed(std::move(body), true);
+  return light;
+}
+
+/// Returns the fraction of diffuse light that a thick layer of isotropically scattering tissue reflects, by
+/// Chandrasekhar's H function (Radiative Transfer, 1950): R = 1 - 2 sqrt(1 - albedo) ∫ H(μ) μ dμ.
+double reflectance_of(double albedo) {
+  constexpr int kSteps = 200;
+  std::array<double, kSteps> h;
+  h.fill(1);
+  for (int turn = 0; turn < 400; ++turn)
+    for (int i = 0; i < kSteps; ++i) {
+      double sum = 0;
+      for (int k = 0; k < kSteps; ++k) sum += (k + 0.5) * h[static_cast<std::size_t>(k)] / (i + k + 1.0) / kSteps;
+      h[static_cast<std::size_t>(i)] = 1 / (std::sqrt(1 - albedo) + 0.5 * albedo * sum);
+    }
+  double moment = 0;
+  for (int k = 0; k < kSteps; ++k) moment += (k + 0.5) / kSteps * h[static_cast<std::size_t>(k)] / kSteps;
+  return 1 - 2 * std::sqrt(1 - albedo) * moment;
+}
+
+TEST(TissueLight, ThePhotonsSurviveAsOftenAsChandrasekharsReflectanceOfAThickLayerNeeds) {
+  for (const double reflectance : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7})
+    EXPECT_NEAR(reflectance_of(render::scattering_albedo(static_cast<float>(reflectance))), reflectance, 0.012);
+}
+
+TEST(TissueLight, AFlatLayerInUniformLightReflectsWhatItsColourSays) {
+  TissueLight light = scene_of(box_of({-20e-3f, -20e-3f, -20e-3f}, {20e-3f, 20e-3f, 0.1e-3f}, {0.6f, 0.35f, 0.15f}));
+  light.light(lamp_above(), uniform({0.8f, 0.5f, 0.3f}));
+  const glm::vec4 found = mean(light.grid(), 0.1e-3, -3e-3, 3e-3);
+  const glm::vec3 arrives(1.8f, 1.5f, 1.3f);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], arrives[c], 0.03f * arrives[c]) << c;
+  EXPECT_NEAR(found.w, 0.65, 0.04) << "fraction of the lamp's light";
+}
+
+TEST(TissueLight, ABodyWithoutAbsorptionIsAsBrightAsItsSurroundingsEverywhere) {
+  // A body that loses no light cannot be told from a uniform room: no light is lost or created at edges and corners.
+  TissueLight light = scene_of(box_of({-2e-3f, -2e-3f, -2.5e-3f}, {2e-3f, 2e-3f, 0}, glm::vec3(0.999f)));
+  render::LightSources dark;
+  light.light(dark, uniform(glm::vec3(0.5f)));
+  for (const dvec3& p : {dvec3(0, 0, 0), dvec3(2e-3, 0, -1e-3), dvec3(1.9e-3, 1.9e-3, -0.05e-3), dvec3(0, 0, -2.5e-3)})
+    EXPECT_NEAR(at(light.grid(), p).x, 0.5, 0.02) << p.x << " " << p.z;
+}
+
+TEST(TissueLight, NoPointIsBrighterThanTheLightThatArrivesDividedByTheReflectance) {
+  const glm::vec3 color(0.5f, 0.3f, 0.2f);
+  TissueLight light = scene_of(box_of({-1e-3f, -1e-3f, -5e-3f}, {1e-3f, 1e-3f, 0}, color));
+  light.light(lamp_above(), uniform(glm::vec3(0)));
+  for (const glm::vec4& value : light.grid().values)
+    for (int c = 0; c < 3; ++c) EXPECT_LE(value[c] * color[c], 1.0001f);
+}
+
+TEST(TissueLight, TheBorderOfAShadowIsAsSoftAsInAnIndependentRandomWalk) {
+  // A roof hides the lamp where x < 0. Light that enters beside the roof's shadow leaves in the shadow.
+  const glm::vec3 color(0.7f);
+  std::vector<LitTriangle> body = box_of({-20e-3f, -20e-3f, -20e-3f}, {20e-3f, 20e-3f, 0.1e-3f}, color);
+  std::vector<LitTriangle> roof = box_of({-20e-3f, -20e-3f, 3e-3f}, {0, 20e-3f, 3.6e-3f}, glm::vec3(0));
+  for (LitTriangle& t : roof) t.free_path = glm::vec3(0);
+  TissueLight light = scene_of(std::move(body));
+  light.add_fixed(std::move(roof), true);
+  light.light(lamp_above(), uniform(glm::vec3(0)));
+  // Fractions of the light at a long distance from the border, of a random walk without a grid (numpy, 400,000 walks),
+  // at this distance from the border in free paths. The grid rounds the roof's edge by a part of a cell, which moves
+  // the border of the shadow. This matters most near the border.
+  struct Point {
+    double away, expected, tolerance;
+  };
+  for (const Point& point : {Point{0.95, 0.806, 0.08}, Point{1.95, 0.905, 0.05}}) {
+    const double x = point.away * double{kPath};
+    EXPECT_NEAR(mean(light.grid(), 0.1e-3, x, x + 1e-9).x, point.expected, point.tolerance) << point.away;
+    EXPECT_NEAR(mean(light.grid(), 0.1e-3, -x, -x + 1e-9).x, 1 - point.expected, point.tolerance) << point.away;
+  }
+}
+
+TEST(TissueLight, AfterACutTheLightIsThatOfABodyThatWasCutFromTheStart) {
+  const glm::vec3 lo(-4e-3f, -4e-3f, -5e-3f), hi(4e-3f, 4e-3f, 0);
+  const auto mesh = [&](float top) {
+    render::MeshUpdate update;
+    for (const LitTriangle& t : box_of(lo, {hi.x, hi.y, top}, glm::vec3(0.5f)))
+      for (std::size_t k = 0; k < 3; ++k) {
+        render::Vertex v;
+        v.p = t.corners[k], v.n = t.normals[k], v.tissue = {Tissue::kDentin, Tissue::kDentin};
+        update.indices.push_back(static_cast<std::uint32_t>(update.vertices.size()));
+        update.vertices.push_back(v);
+      }
+    return update;
+  };
+  const auto fresh = [&] { return TissueLight({dvec3(-6e-3), dvec3(6e-3)}, kCell, kLooks); };
+  TissueLight whole = fresh();
+  const render::MeshUpdate cut_at_once = mesh(-1e-3f);
+  whole.put({&cut_at_once, 1}, dvec3(0));
+  whole.light(lamp_above(), uniform(glm::vec3(0.4f)));
+  TissueLight cut = fresh();
+  for (const float top : {0.0f, -0.3e-3f, -0.6e-3f, -1e-3f}) {
+    const render::MeshUpdate now = mesh(top);
+    cut.put({&now, 1}, dvec3(0));
+    if (top == 0) cut.light(lamp_above(), uniform(glm::vec3(0.4f)));
+    int changes = 0;
+    while (!cut.refresh(200).empty()) ++changes;
+    EXPECT_EQ(changes > 0, top < 0);
+  }
+  const glm::vec4 expected = mean(whole.grid(), -1e-3, -3e-3, 3e-3), found = mean(cut.grid(), -1e-3, -3e-3, 3e-3);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.03f * expected[c]);
+  EXPECT_GT(expected.x, 0.8f);
+}
+
+}  // namespace
+}  // namespace typodont::test
