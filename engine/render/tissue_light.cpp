@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
@@ -163,7 +164,7 @@ struct TissueLight::Impl {
   // arriving light changed; and cells whose arriving light is known, but not the light that leaves them.
   std::vector<std::size_t> fresh;
   std::deque<std::size_t> gathering, walking;
-  static constexpr std::uint8_t kForLight = 1, kForWalk = 2;
+  static constexpr std::uint8_t kForLight = 1, kForWalk = 2, kListed = 3;
   std::vector<std::uint8_t> waits;  // of each cell: 0, or the list in which it waits
 
   std::size_t index(const glm::ivec3& i) const {
@@ -580,7 +581,9 @@ struct TissueLight::Impl {
       compute();
       cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
     }
-    fill(all());
+    std::vector<std::size_t> every(element_of.size());
+    std::iota(every.begin(), every.end(), std::size_t{0});
+    fill(every);
   }
   void compute() {
     const std::size_t count = elements.size();
@@ -641,9 +644,9 @@ struct TissueLight::Impl {
   }
 
   CellBox refresh(int most) {
-    CellBox changed;
-    if (!lit) return changed;
+    if (!lit) return {};
     follow_tooth();
+    std::vector<std::size_t> walked;
     std::array<std::int32_t, kRays> met;
     std::array<Exit, kWalks> exits;
     const auto gather_now = [&](Element& e) {
@@ -653,7 +656,7 @@ struct TissueLight::Impl {
     const auto walk_now = [&](Element& e) {
       if (e.path != glm::vec3(0)) walk_all(e, exits.data());
       e.leaves = leaving(e, exits.data());
-      changed.take({cell_of(e.cell), cell_of(e.cell)});
+      walked.push_back(e.cell);
     };
     // New parts of the surface get their light at once. The other cells first all find the light that arrives, because
     // the light of the next step comes from them.
@@ -679,9 +682,19 @@ struct TissueLight::Impl {
       walk_now(*e);
       --left;
     }
-    if (changed.empty()) return changed;
-    changed = grown(changed, 3);  // the smoothing and the filling reach so far
-    fill(changed);
+    // The smoothing and the filling change cells up to three cells away.
+    std::vector<std::size_t> near;
+    CellBox changed;
+    for (const std::size_t at : walked) {
+      const glm::ivec3 i = cell_of(at);
+      const CellBox around = grown({i, i}, 3);
+      changed.take(around);
+      each_cell(around, [&](const glm::ivec3& j) {
+        if (std::exchange(known[index(j)], kListed) != kListed) near.push_back(index(j));
+      });
+    }
+    for (const std::size_t at : near) known[at] = 0;
+    fill(near);
     return changed;
   }
 
@@ -709,29 +722,30 @@ struct TissueLight::Impl {
     return sum / weights;
   }
 
-  /// Writes the light of the cells in `box` into the grid. The cells beside those of the surfaces get the mean light of
-  /// their neighbours, because shaders interpolate.
-  void fill(const CellBox& box) {
-    const auto rows = static_cast<std::size_t>(box.hi.x - box.lo.x + 1);
-    in_parallel(rows, [&](std::size_t row) {
-      const int x = box.lo.x + static_cast<int>(row);
-      each_cell({{x, box.lo.y, box.lo.z}, {x, box.hi.y, box.hi.z}}, [&](const glm::ivec3& i) {
-        const std::int32_t own = element_of[index(i)];
-        grid.values[index(i)] = own == kNone ? glm::vec4(0) : smoothed(elements[static_cast<std::size_t>(own)]);
-      });
-    });
-    each_cell(box, [&](const glm::ivec3& i) {
-      const std::size_t at = index(i);
-      if (element_of[at] != kNone || std::abs(distance[at]) >= kBand * spacing) return;
+  /// Writes the light of these cells into the grid. The cells beside those of the surfaces get the mean light of their
+  /// neighbours, because shaders interpolate.
+  void fill(std::span<const std::size_t> cells) {
+    const auto smooth = [&](std::size_t at) {
+      const Element* const e = element(at);
+      grid.values[at] = e ? smoothed(*e) : glm::vec4(0);
+    };
+    constexpr std::size_t kMany = 10'000;  // fewer cells take less time than starting other threads
+    if (cells.size() > kMany)
+      in_parallel(cells.size(), [&](std::size_t k) { smooth(cells[k]); });
+    else
+      for (const std::size_t at : cells) smooth(at);
+    for (const std::size_t at : cells) {
+      if (element(at) || std::abs(distance[at]) >= kBand * spacing) continue;
       glm::vec4 sum(0);
       int count = 0;
+      const glm::ivec3 i = cell_of(at);
       each_cell(grown({i, i}, 1), [&](const glm::ivec3& j) {
         if (element_of[index(j)] == kNone) return;
         sum += grid.values[index(j)];
         ++count;
       });
       if (count > 0) grid.values[at] = sum / static_cast<float>(count);
-    });
+    }
   }
 };
 
