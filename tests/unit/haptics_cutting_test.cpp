@@ -353,6 +353,35 @@ TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
   }
 }
 
+TEST(Carving, TheFirstCutInNewTissueListsLessThanHalfOfTheSamplesAndTheNextCutsListTheRest) {
+  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
+  for (const haptics::HeadShape head : {haptics::HeadShape::kSphere, haptics::HeadShape::kCylinder}) {
+    const int shape = static_cast<int>(head);
+    haptics::Tool tool;
+    tool.shape = head;
+    tool.diameter = tool.length = 3.0_mm;
+    const std::span tools(&tool, 1);
+    haptics::Carver carver(haptics::TissueVolume(block), tools);
+    haptics::SurfacePatch patch;
+    patch.resize(haptics::patch_edge_for(tools, 0.1_mm));
+    carver.take_snapshot({0, 0, 2.5_mm}, patch);
+    haptics::CutFront front(tools, 0.1_mm);
+    ASSERT_GE(front.parts(), 4) << shape;
+    std::size_t first = 0, all = 0;
+    for (int i = 0; i < 8; ++i) {
+      const Pose X{{0, 0, 3.0_mm - i * 0.1_um}}, Y{{0, 0, 3.0_mm - (i + 1) * 0.1_um}};
+      bool changed;
+      carve(patch, Sweep(tool, X, Y, block.frame, i > 0), &changed, &front);
+      EXPECT_TRUE(changed) << shape;
+      const std::size_t listed = front.listed_in(patch.lo, patch.n).size();
+      EXPECT_GE(listed, all) << shape;
+      all = listed;
+      if (i == 0) first = listed;
+    }
+    EXPECT_LT(2 * first, all) << shape;
+  }
+}
+
 TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   const auto error = [](double voxel_mm) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
