@@ -25,13 +25,14 @@ double brightness(const render::Picture& picture) {
 }
 
 /// Returns the number of pixels with the lesion's brown in the middle of the picture, where the lesion is. Dentin is
-/// less red, also in shadow: its red is at most 1.66 times its green.
+/// less red (at most 1.66 times its green), except at the bottom of a cavity. There, light has been reflected several
+/// times between walls of dentin, so it has lost nearly all of its blue, and the dentin is a dark yellow.
 int brown(const render::Picture& picture) {
   int count = 0;
   for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {
     for (int x = picture.size.x * 3 / 8; x < picture.size.x * 5 / 8; ++x) {
       const std::uint8_t* p = picture.at(x, y);
-      count += p[0] > 20 && p[0] < 140 && p[0] > 1.7 * p[1] && p[1] > 1.3 * p[2];
+      count += p[0] > 20 && p[0] < 140 && p[0] > 1.7 * p[1] && p[1] > 1.3 * p[2] && p[2] > 0.28 * p[1];
     }
   }
   return count;
