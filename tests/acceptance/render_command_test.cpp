@@ -131,7 +131,7 @@ TEST_F(RenderCommand, TheBallIsDrawnWhereTheMatricesProjectIt) {
       double x = 0, y = 0, weight = 0;
       for (int j = 0; j < 600; ++j)
         for (int i = 0; i < 800; ++i)
-          if (picture.at(i, j)[0] > 90) x += i + 0.5, y += j + 0.5, ++weight;
+          if (picture.at(i, j)[0] > 80) x += i + 0.5, y += j + 0.5, ++weight;
       ASSERT_GT(weight, 1000) << name;
       EXPECT_NEAR(2 * x / weight / 800 - 1, c.x / c.w, 4.0 / 800) << name;
       EXPECT_NEAR(2 * y / weight / 600 - 1, c.y / c.w, 4.0 / 600) << name;
