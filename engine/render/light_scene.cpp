@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "engine/base/cache.h"
-#include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/render/cached_parts.h"
 #include "engine/render/in_parallel.h"
 #include "engine/render/shared.h"
+#include "engine/render/sphere_directions.h"
 #include "engine/render/srgb.h"
 
 namespace typodont::render {
@@ -39,16 +39,6 @@ constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in o
 constexpr double kBegin = 0.5;
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".rays";
-
-/// Returns directions that are distributed evenly over the sphere (Fibonacci's spiral).
-std::array<glm::vec3, kRays> sphere_directions() {
-  std::array<glm::vec3, kRays> all;
-  for (int i = 0; i < kRays; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kRays, r = std::sqrt(1 - z * z), a = kPi * (3 - std::sqrt(5.0)) * i;
-    all[static_cast<std::size_t>(i)] = glm::vec3(r * std::cos(a), r * std::sin(a), z);
-  }
-  return all;
-}
 
 constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
@@ -304,7 +294,7 @@ struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
   LightGrid empty;  // the grid with its origin, spacing and size, before the light is computed
-  std::array<glm::vec3, kRays> directions = sphere_directions();
+  std::array<glm::vec3, kRays> directions = sphere_directions<kRays>();
   struct Sample {
     std::size_t at = 0;  // index of the sample in the grid
     glm::vec3 p{0};      // m, frame W, position from which the sample's rays start
@@ -345,29 +335,21 @@ struct LightScene::Impl {
   }
   /// Writes the result of cast_rays(). Throws Error.
   void write(const std::filesystem::path& file) {
-    std::ofstream out(file, std::ios::binary);
     const std::size_t count = used.size();
-    const auto put = [&](const auto* data, std::size_t bytes) {
-      return static_cast<bool>(out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(bytes)));
-    };
-    if (!put(&count, sizeof count) || !each_part(put) || !out.flush())
-      throw Error(file.string(), "", "not written", "a writable place");
+    write_parts(file, [&](const auto& put) { return put(&count, sizeof count) && each_part(put); });
   }
-  /// Reads the result of cast_rays(). Returns false if there is no file. The cache has checked the file's content.
+  /// Reads the result of cast_rays(). Returns false if there is no file.
   bool read(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    const auto get = [&](auto* data, std::size_t bytes) {
-      return static_cast<bool>(in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(bytes)));
-    };
-    std::size_t count = 0;
-    if (file.empty() || !get(&count, sizeof count) || count > triangles.size()) return false;
     const std::vector<Sample> unread = samples;
-    met.resize(samples.size() * kRays);
-    used.resize(count);
-    if (each_part(get)) return true;
-    samples = unread;
-    used.clear();
-    return false;
+    const bool complete = read_parts(file, [&](const auto& get) {
+      std::size_t count = 0;
+      if (!get(&count, sizeof count) || count > triangles.size()) return false;
+      met.resize(samples.size() * kRays);
+      used.resize(count);
+      return each_part(get);
+    });
+    if (!complete) samples = unread, used.clear();
+    return complete;
   }
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }

@@ -100,7 +100,7 @@ inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3&
 /// Returns the mean free path (m) of red, green and blue light that leaves the surface at this vertex; 0: opaque. Light
 /// in a layer of enamel is also scattered in the tissue below, so its free path is shorter in a thin layer.
 inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex& v) {
-  constexpr double kUsualEnamel = 1.2e-3;  // m, thickness of a molar's enamel where the vertex states none
+  constexpr double kUsualEnamel = 1.2e-3;  // m, thickness of a molar's enamel, used if the vertex states none
   const Tissue outer = v.tissue[v.second > 0.5f];
   const dvec3 path = 1.0 / looks[static_cast<std::size_t>(outer)].extinction;
   const bool usual = v.under == Tissue::kAir;

@@ -5,15 +5,16 @@
 #include <cmath>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
 
 #include "engine/base/cache.h"
-#include "engine/base/error.h"
+#include "engine/base/split_mix.h"
 #include "engine/base/units.h"
+#include "engine/render/cached_parts.h"
 #include "engine/render/in_parallel.h"
+#include "engine/render/sphere_directions.h"
 
 namespace typodont::render {
 
@@ -39,19 +40,15 @@ constexpr int kMostSteps = 200;                 // of a random walk; a walk rare
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".light";
 
-/// Unit directions that are distributed evenly over the sphere, in random order, and random free paths in units of the
-/// mean free path. Random walks take their steps from these tables.
+/// Unit directions that are distributed evenly over the sphere, and free paths in units of the mean free path. A random
+/// walk chooses the direction and the length of each step from these tables at random.
 struct StepTables {
   static constexpr std::size_t kCount = 2048;
-  std::array<glm::vec3, kCount> directions;
+  std::array<glm::vec3, kCount> directions = sphere_directions<kCount>();
   std::array<float, kCount> lengths;
   StepTables() {
-    for (std::size_t i = 0; i < kCount; ++i) {
-      const double z = 1 - (2 * static_cast<double>(i) + 1) / kCount, r = std::sqrt(1 - z * z);
-      const double a = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
-      directions[i] = glm::vec3(r * std::cos(a), r * std::sin(a), z);
+    for (std::size_t i = 0; i < kCount; ++i)
       lengths[i] = static_cast<float>(-std::log1p(-(static_cast<double>(i) + 0.5) / kCount));
-    }
   }
 };
 const StepTables& step_tables() {
@@ -59,17 +56,10 @@ const StepTables& step_tables() {
   return tables;
 }
 
-/// A fast generator of random numbers (Steele, Lea & Flood 2014, SplitMix64).
-struct Random {
-  std::uint64_t state;
-  std::uint64_t next() {
-    std::uint64_t z = state += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  float fraction() { return static_cast<float>(next() >> 40) * 0x1p-24f; }
-};
+/// Returns a number from 0 to 1, without 1.
+float fraction_of(std::uint64_t bits) {
+  return static_cast<float>(bits >> 40) * 0x1p-24f;
+}
 
 /// Returns the point of a triangle that is nearest to p, as weights of its corners (Ericson 2005, Real-Time Collision
 /// Detection, 5.1.5).
@@ -451,7 +441,7 @@ struct TissueLight::Impl {
   /// Follows one random walk from an element through the tissue until it leaves the tissue. `first`, `length`:
   /// direction and length (in mean free paths) of the first step. The free path of one colour of light determines the
   /// steps; the weights correct the other colours (balance heuristic, Veach & Guibas 1995).
-  Exit walk(const Element& e, int leading, const glm::vec3& first, float length, Random& random) const {
+  Exit walk(const Element& e, int leading, const glm::vec3& first, float length, SplitMix64& random) const {
     const StepTables& tables = step_tables();
     glm::vec3 albedo;
     for (int c = 0; c < 3; ++c) albedo[c] = scattering_albedo(e.color[c]);
@@ -494,7 +484,7 @@ struct TissueLight::Impl {
       const glm::ivec3 cell = glm::clamp(glm::ivec3(glm::round(q)), glm::ivec3(0), grid.size - 1);
       if (in_hard[e.cell] && !in_hard[index(cell)] && distance[index(cell)] < 0) return {};
       const std::uint64_t bits = random.next();
-      if (static_cast<float>(bits >> 40) * 0x1p-24f >= survives) return {};
+      if (fraction_of(bits) >= survives) return {};
       direction = tables.directions[bits % StepTables::kCount];
       length = tables.lengths[(bits >> 12) % StepTables::kCount];
     }
@@ -504,8 +494,8 @@ struct TissueLight::Impl {
   /// Computes the light that arrives at an element from the lamp and from outside the box. `met`: kRays elements that
   /// the rays towards other surfaces meet, or kFree or kNone.
   glm::vec3 gather(Element& e, std::int32_t* met) const {
-    Random random{e.cell};
-    const float u = random.fraction(), v = random.fraction();
+    SplitMix64 random{e.cell};
+    const float u = fraction_of(random.next()), v = fraction_of(random.next());
     const glm::vec3 start = (e.p + e.n * (0.35f * spacing) - origin) / spacing;
     const float facing = glm::dot(e.n, sources.toward_lamp);
     e.lamp = glm::vec3(0);
@@ -542,11 +532,11 @@ struct TissueLight::Impl {
     return sum / float{kRays};
   }
   void walk_all(const Element& e, Exit* exits) const {
-    Random random{~e.cell};
-    const float u = random.fraction(), v = random.fraction();
+    SplitMix64 random{~e.cell};
+    const float u = fraction_of(random.next()), v = fraction_of(random.next());
     for (int k = 0; k < kWalks; ++k) {
       const glm::vec2 s = spread(k, u, v);
-      const float length = -std::log1p(-(static_cast<float>(k) + random.fraction()) / (kWalks + 1e-4f));
+      const float length = -std::log1p(-(static_cast<float>(k) + fraction_of(random.next())) / (kWalks + 1e-4f));
       exits[k] = walk(e, k % 3, cosine_direction(-e.n, s.x, s.y), length, random);
     }
   }
@@ -577,9 +567,10 @@ struct TissueLight::Impl {
     fresh.clear(), gathering.clear(), walking.clear();
     const std::filesystem::path in = cache::folder("tissue_light");
     const std::uint64_t key = key_of_light();
-    if (!read(cache::find(in, key, kSuffix))) {
+    const auto parts = [&](const auto& use) { return each_part(use); };
+    if (!read_parts(cache::find(in, key, kSuffix), parts)) {
       compute();
-      cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
+      cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write_parts(file, parts); });
     }
     std::vector<std::size_t> every(element_of.size());
     std::iota(every.begin(), every.end(), std::size_t{0});
@@ -626,23 +617,6 @@ struct TissueLight::Impl {
         return false;
     return true;
   }
-  /// Writes the result of compute(). Throws Error.
-  void write(const std::filesystem::path& file) {
-    std::ofstream out(file, std::ios::binary);
-    const auto put = [&](const auto* data, std::size_t bytes) {
-      return static_cast<bool>(out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(bytes)));
-    };
-    if (!each_part(put) || !out.flush()) throw Error(file.string(), "", "not written", "a writable place");
-  }
-  /// Reads the result of compute(). Returns false if there is no file. The cache has checked the file's content.
-  bool read(const std::filesystem::path& file) {
-    if (file.empty()) return false;
-    std::ifstream in(file, std::ios::binary);
-    return each_part([&](auto* data, std::size_t bytes) {
-      return static_cast<bool>(in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(bytes)));
-    });
-  }
-
   CellBox refresh(int most) {
     if (!lit) return {};
     follow_tooth();

@@ -10,6 +10,7 @@
 
 #include "engine/render/light_scene.h"
 #include "engine/render/look.h"
+#include "tests/support/lit_box.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -23,21 +24,6 @@ using render::LightScene;
 using render::LightSources;
 using render::LitTriangle;
 
-/// Adds a plate of two triangles. Its front is the side from which a, b, c, d run counter-clockwise.
-void add_plate(std::vector<LitTriangle>& all, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
-               const glm::vec3& d, const glm::vec3& albedo) {
-  all.push_back({{a, b, c}, albedo});
-  all.push_back({{a, c, d}, albedo});
-}
-void add_box(std::vector<LitTriangle>& all, const glm::vec3& lo, const glm::vec3& hi, const glm::vec3& albedo) {
-  const auto at = [&](int x, int y, int z) { return glm::vec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z); };
-  add_plate(all, at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1), albedo);
-  add_plate(all, at(0, 1, 0), at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), albedo);
-  add_plate(all, at(1, 1, 0), at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), albedo);
-  add_plate(all, at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1), albedo);
-  add_plate(all, at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1), albedo);
-  add_plate(all, at(0, 1, 0), at(1, 1, 0), at(1, 0, 0), at(0, 0, 0), albedo);
-}
 LightSources room_of(const glm::vec3& radiance) {
   LightSources sources;
   sources.room = [radiance](const glm::vec3&) { return radiance; };

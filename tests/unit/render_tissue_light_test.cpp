@@ -8,6 +8,7 @@
 
 #include "engine/render/look.h"
 #include "engine/render/tissue_light.h"
+#include "tests/support/lit_box.h"
 
 namespace typodont::test {
 namespace {
@@ -22,22 +23,9 @@ constexpr double kCell = 0.3e-3;
 constexpr float kPath = 0.6e-3f;  // m, mean free path of the tissue in the tests
 const std::array<render::Look, render::kMatterCount> kLooks = render::appearances_of(render::default_colors());
 
-/// Adds a plate of two triangles of this colour. Its front is the side from which a, b, c, d run counter-clockwise.
-void add_plate(std::vector<LitTriangle>& all, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
-               const glm::vec3& d, const glm::vec3& color) {
-  const glm::vec3 n = glm::normalize(glm::cross(b - a, c - a));
-  for (const auto& corners : {std::array{a, b, c}, std::array{a, c, d}})
-    all.push_back({.corners = corners, .color = color, .normals = {n, n, n}, .free_path = glm::vec3(kPath)});
-}
 std::vector<LitTriangle> box_of(const glm::vec3& lo, const glm::vec3& hi, const glm::vec3& color) {
   std::vector<LitTriangle> all;
-  const auto at = [&](int x, int y, int z) { return glm::vec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z); };
-  add_plate(all, at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1), color);
-  add_plate(all, at(0, 1, 0), at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), color);
-  add_plate(all, at(1, 1, 0), at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), color);
-  add_plate(all, at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1), color);
-  add_plate(all, at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1), color);
-  add_plate(all, at(0, 1, 0), at(1, 1, 0), at(1, 0, 0), at(0, 0, 0), color);
+  add_box(all, lo, hi, color, kPath);
   return all;
 }
 /// Returns a grid with the same light from all directions.

@@ -4,21 +4,16 @@
 #include <cstdint>
 
 #include "engine/base/pose.h"
+#include "engine/base/split_mix.h"
 
 namespace typodont::debris {
 
-/// Random numbers that depend only on the seed and on an index, for example the number of the cut (SplitMix64, Steele
-/// et al. 2014).
+/// Random numbers that depend only on the seed and on an index, for example the number of the cut.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t number)
-      : state_(seed * 0x9e3779b97f4a7c15u ^ number * 0xd1342543de82ef95u) {}
-  double uniform() {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
-  }
+      : bits_{seed * 0x9e3779b97f4a7c15u ^ number * 0xd1342543de82ef95u} {}
+  double uniform() { return static_cast<double>(bits_.next() >> 11) * 0x1p-53; }
   double signed_unit() { return 2 * uniform() - 1; }
   dvec3 in_ball() {
     for (;;) {
@@ -28,7 +23,7 @@ class RandomStream {
   }
 
  private:
-  std::uint64_t state_;
+  SplitMix64 bits_;
 };
 
 }  // namespace typodont::debris
