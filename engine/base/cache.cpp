@@ -1,7 +1,6 @@
 #include "engine/base/cache.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/build_identity.h"
 #include "engine/base/log.h"
-#include "engine/base/own_file.h"
 
 namespace typodont::cache {
 
@@ -46,12 +45,8 @@ std::optional<std::uint64_t> hash_of(const fs::path& file) {
   return hash.value;
 }
 
-void add_program(Fnv1a& key) {
-  struct stat program {};
-  if (::stat(own_file().c_str(), &program) != 0) return;
-  key.add(program.st_size);
-  key.add(program.st_mtim.tv_sec);
-  key.add(program.st_mtim.tv_nsec);
+void add_build(Fnv1a& key) {
+  key.add(build_identity());
 }
 
 namespace {

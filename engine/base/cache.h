@@ -22,9 +22,9 @@ std::filesystem::path folder(const std::string& name);
 /// Returns the hash of a file's content; no value if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
-/// Adds the identity of this build of the program to a key, because another build may compute another result from the
-/// same input.
-void add_program(Fnv1a& key);
+/// Adds the hash of the program's sources (build_identity.h) to a key, because other sources may compute another result
+/// from the same input.
+void add_build(Fnv1a& key);
 
 /// Returns the path of the cached file for this key, or an empty path if there is no valid file or `in` is empty. The
 /// content of the file is checked, and a damaged file is removed.

@@ -595,7 +595,7 @@ struct TissueLight::Impl {
   /// Computes the key of the light in the cache, from all values on which the light depends.
   std::uint64_t key_of_light() const {
     Fnv1a key;
-    cache::add_program(key);
+    cache::add_build(key);
     key.add(spacing);
     key.bytes(distance.data(), distance.size() * sizeof distance[0]);
     for (const Element& e : elements) {

@@ -162,7 +162,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));
   for (const std::string& grid : grids) key.bytes(grid.data(), grid.size());
-  cache::add_program(key);
+  cache::add_build(key);
   const std::filesystem::path folder = cache::folder("volumes");
   if (const auto flat = cache::find(folder, key.value, ".flat"); !flat.empty()) return read_flat(flat, name);
 

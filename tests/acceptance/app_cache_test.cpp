@@ -9,6 +9,8 @@
 #include <functional>
 #include <map>
 
+#include "engine/app/tissue/sampled_tissue.h"
+#include "haptics/import/mesh_solid.h"
 #include "tests/support/program.h"
 
 namespace typodont::test {
@@ -127,6 +129,26 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
   program.write("wedge.obj", lower.replace(lower.find("4 4 6"), 5, "4 4 5"));
   EXPECT_NE(ticks(cache), none);
   EXPECT_EQ(files_in(cache).size(), 2u);
+}
+
+TEST_F(Kept, AMeshThatOneProgramSampledIsUsedByAnotherProgramOfTheSameSources) {
+  program.write("wedge.obj",
+                "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  const std::string tissue = R"({"voxel_mm":0.2,"solids":[{"tissue":"dentin","solid":{"mesh":{"file":"wedge.obj"}}}]})";
+  // This test program samples the mesh first.
+  ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
+  sampled_tissue(Json::parse(tissue, "tissue"), {.find = [&](const std::string& name) { return program / name; },
+                                                 .read_mesh = haptics::read_mesh_solid});
+  ::unsetenv("TYPODONT_CACHE");
+  const Files kept = files_in(cache);
+  ASSERT_EQ(kept.size(), 1u);
+  const std::string scene =
+      program.write("scene.json", R"({"name": "wedge", "tissue": )" + tissue + R"(, "tool": "round_012"})");
+  const std::string hand =
+      program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,4,4,8,1,0,0,0,1\n0.1,4,4,7.9,1,0,0,0,1\n");
+  const Ran ran = run(fmt::format("servo {} --hand {} --out {}", scene, hand, program / "ticks.csv"), cache);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(files_in(cache), kept);
 }
 
 TEST_F(Kept, ADamagedCacheOfTheMouthIsReplacedAndThePictureIsUnchanged) {

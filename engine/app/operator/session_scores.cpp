@@ -30,7 +30,7 @@ std::optional<std::uint64_t> key_of(const fs::path& session) {
   const auto written = fs::last_write_time(session, code).time_since_epoch().count();
   if (code) return std::nullopt;
   Fnv1a key;
-  cache::add_program(key);
+  cache::add_build(key);
   const std::string name = fs::absolute(session, code).string();
   key.bytes(name.data(), name.size());
   key.add(size);

@@ -53,7 +53,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   const auto& [volume, crown, arch, neighbours, row, mouth, dam, monitored, gum, margin, margin_normal, papilla,
                thickness, length, soft] = plan;
   Fnv1a key;
-  cache::add_program(key);
+  cache::add_build(key);
   const auto content = cache::hash_of(volume);
   if (!content) return std::nullopt;
   key.add(*content);

@@ -104,7 +104,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
 /// Computes the key of a tissue in the cache. Empty if a file cannot be read; sampling will report this error.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
-  cache::add_program(key);
+  cache::add_build(key);
   const std::string text = tissue.text();
   key.bytes(text.data(), text.size());
   for (const std::string& name : mesh_files_of(tissue)) {

@@ -1,6 +1,6 @@
 // Samples a scene's solids or mesh on a voxel grid. If this takes long (for example the distances of a mesh), the
 // result is cached between runs of the program. The key in the cache depends on the JSON text, on the bytes of the
-// meshes and on this program.
+// meshes and on the program's sources.
 #pragma once
 
 #include "engine/base/json.h"

@@ -48,7 +48,7 @@ bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options) {
   const fs::path in = cache::folder("packing");
   Fnv1a key;
-  cache::add_program(key);
+  cache::add_build(key);
   key.add(tissue.hash());
   key.add(static_cast<std::uint64_t>(options.spheres));
   key.add(options.seed);
