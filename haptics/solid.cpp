@@ -294,22 +294,38 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// Returns the part that contains the point. If the point lies outside all parts, but less than three voxels from one
-/// of them, returns the nearest part. So the samples on both sides of a surface have a label. `h`: m, edge of a voxel.
-const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
-  if (const Part* const inside = part_inside(near, p)) return inside;
+/// Returns the part that contains the centre of voxel `voxel`. If the centre lies outside all parts, but less than
+/// three voxels from one of them, returns the nearest part. So the samples on both sides of a surface have a label.
+/// `distances`: m, for each part the distances of all voxels of the block. `h`: m, edge of a voxel.
+const Part* part_around(const std::vector<const Part*>& near, const std::vector<std::vector<double>>& distances,
+                        std::size_t voxel, double h) {
+  for (std::size_t k = near.size(); k-- > 0;) {
+    if (distances[k][voxel] <= 0) return near[k];
+  }
   double nearest = 3 * h;
   const Part* found = nullptr;
-  for (const Part* part : near) {
-    const double own = part->solid->distance(p);
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    const double own = distances[k][voxel];
     if (own >= std::min(nearest + kTies * h, 3 * h)) continue;
     nearest = std::min(nearest, own);
-    found = part;
+    found = near[k];
   }
   return found;
 }
 
 }  // namespace
+
+void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector<glm::ivec3>& voxels) {
+  voxels.clear();
+  const glm::ivec3 size = end - first;
+  for (int a = 0; a < size.x; ++a) {
+    for (int b = 0; b < size.y; ++b) {
+      const int row = a * size.y + b;
+      for (int c = 0; c < size.z; ++c)
+        voxels.push_back(first + glm::ivec3(a, a % 2 == 0 ? b : size.y - 1 - b, row % 2 == 0 ? c : size.z - 1 - c));
+    }
+  }
+}
 
 std::uint8_t read_hardness(const Json& json) {
   return hardness_byte(json.number_or("hardness", 1, 0, 1));
@@ -376,7 +392,14 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     dense.tissue[i] = part ? part->tissue : Tissue::kAir;
     if (part && !dense.hardness.empty()) dense.hardness[i] = part->hardness;
   };
-  const auto block = [&](const glm::ivec3& from, std::vector<const Part*>& near) {
+  struct Scratch {
+    std::vector<const Part*> near;
+    std::vector<glm::ivec3> voxels;
+    std::vector<dvec3> centres;                  // m, W
+    std::vector<std::vector<double>> distances;  // m, for each part in `near`
+  };
+  const auto block = [&](const glm::ivec3& from, Scratch& scratch) {
+    auto& near = scratch.near;
     const glm::ivec3 end = glm::min(from + kBlock, dense.size);
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
@@ -395,40 +418,46 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
         crossed = true;
       }
     }
-    const bool uniform = near.empty() || (covered && !crossed);
-    const auto clamped = static_cast<float>(near.empty() ? dense.band : -dense.band);
-    for (int x = from.x; x < end.x; ++x) {
-      for (int y = from.y; y < end.y; ++y) {
-        for (int z = from.z; z < end.z; ++z) {
-          const std::size_t i = dense.at(x, y, z);
-          if (uniform) {
-            dense.distance[i] = clamped;
-            label(i, deep);
-            continue;
-          }
-          const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
-          double d = kInfinity;
-          bool at_border = false;
-          for (const Part* part : near) {
-            const double own = part->solid->distance(p);
-            at_border = at_border || std::abs(own) <= kHalfVoxel * h;
-            d = std::min(d, own);
-          }
-          const Part* part = nullptr;
-          if (at_border && near.size() > 1)
-            part = part_inside(near, p + h * place_within(glm::ivec3(first) + glm::ivec3(x, y, z)));
-          if (!part) part = part_around(near, p, h);
-          dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
-          label(i, part);
-        }
+    voxels_of_block(from, end, scratch.voxels);
+    if (near.empty() || (covered && !crossed)) {
+      const auto clamped = static_cast<float>(near.empty() ? dense.band : -dense.band);
+      for (const glm::ivec3& v : scratch.voxels) {
+        const std::size_t i = dense.at(v.x, v.y, v.z);
+        dense.distance[i] = clamped;
+        label(i, deep);
       }
+      return;
+    }
+    scratch.centres.clear();
+    for (const glm::ivec3& v : scratch.voxels) scratch.centres.push_back(dense.frame.to_world(dvec3(v)));
+    if (scratch.distances.size() < near.size()) scratch.distances.resize(near.size());
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      scratch.distances[k].resize(scratch.centres.size());
+      near[k]->solid->distances(scratch.centres, scratch.distances[k]);
+    }
+    for (std::size_t n = 0; n < scratch.voxels.size(); ++n) {
+      const glm::ivec3 v = scratch.voxels[n];
+      const std::size_t i = dense.at(v.x, v.y, v.z);
+      double d = kInfinity;
+      bool at_border = false;
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        const double own = scratch.distances[k][n];
+        at_border = at_border || std::abs(own) <= kHalfVoxel * h;
+        d = std::min(d, own);
+      }
+      const Part* part = nullptr;
+      if (at_border && near.size() > 1)
+        part = part_inside(near, scratch.centres[n] + h * place_within(glm::ivec3(first) + v));
+      if (!part) part = part_around(near, scratch.distances, n, h);
+      dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
+      label(i, part);
     }
   };
   const auto slab = [&](int x0, int x1) {  // computes the layers of blocks x0 to x1
-    std::vector<const Part*> near;
+    Scratch scratch;
     for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
       for (int y = 0; y < dense.size.y; y += kBlock) {
-        for (int z = 0; z < dense.size.z; z += kBlock) block({x, y, z}, near);
+        for (int z = 0; z < dense.size.z; z += kBlock) block({x, y, z}, scratch);
       }
     }
   };

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,18 @@ class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
+  /// Computes the distances of the points `p_W`, with the same bits as distance(). Faster than single calls for a mesh,
+  /// if each point is near the previous one.
+  virtual void distances(std::span<const dvec3> p_W, std::span<double> distances) const {
+    for (std::size_t i = 0; i < p_W.size(); ++i) distances[i] = distance(p_W[i]);
+  }
   /// Returns the corners of the bounding box; infinite for an unbounded solid.
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
+
+/// Lists the voxels of a block in an order in which successive voxels are neighbours, as Solid::distances() needs them.
+/// `first`: corner of the block; `end`: the corner opposite to it, not included.
+void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector<glm::ivec3>& voxels);
 
 /// Functions that find and read the mesh files named in a JSON text. haptics reads no mesh formats itself;
 /// `read_mesh_solid` in Typodont::import does.

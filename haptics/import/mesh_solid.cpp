@@ -21,9 +21,22 @@ class MeshSolid : public Solid {
     const double d = std::sqrt(tree_.distance_squared(p));
     return tree_.winding(p) > 0 ? -d : d;
   }
+  void distances(std::span<const dvec3> p, std::span<double> distances) const override {
+    if (p.empty()) return;
+    distances[0] = distance(p[0]);
+    for (std::size_t i = 1; i < p.size(); ++i) {
+      // The previous point lies in a ball that contains no part of the surface, and whose radius is its distance. In
+      // this ball, the sign does not change. The surface is also not farther away than the farthest point of this ball.
+      const double step = glm::length(p[i] - p[i - 1]), before = std::abs(distances[i - 1]);
+      const double d = std::sqrt(tree_.distance_squared(p[i], (step + before) * kRounding));
+      const bool inside = step * kRounding < before ? distances[i - 1] < 0 : tree_.winding(p[i]) > 0;
+      distances[i] = inside ? -d : d;
+    }
+  }
   void bounds(dvec3& lo, dvec3& hi) const override { lo = tree_.lo(), hi = tree_.hi(); }
 
  private:
+  static constexpr double kRounding = 1 + 1e-9;  // larger than the relative error of a computed distance
   importing::TriangleTree tree_;
 };
 

@@ -51,8 +51,8 @@ std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
   return index;
 }
 
-double TriangleTree::distance_squared(const dvec3& p) const {
-  Nearest best{.distance_squared = 1e300};
+double TriangleTree::distance_squared(const dvec3& p, double reach) const {
+  Nearest best{.distance_squared = reach * reach};
   nearest(0, p, best);
   return best.distance_squared;
 }

@@ -20,8 +20,8 @@ class TriangleTree {
   };
   /// Returns the nearest point of the triangles, or no value if its distance is `reach` or more.
   std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
-  /// Returns the squared distance from p to the nearest triangle.
-  double distance_squared(const glm::dvec3& p) const;
+  /// Returns the squared distance from p to the nearest triangle, which must be nearer than `reach`.
+  double distance_squared(const glm::dvec3& p, double reach = 1e150) const;
   /// Returns the winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where
   /// the triangles face inward. It is the median of the winding numbers of three rays. So one ray that hits an edge of
   /// the mesh does not change the result.

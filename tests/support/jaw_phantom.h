@@ -165,7 +165,7 @@ class JawPhantom {
   /// tissues are sampled finely, because the root canals are only a few cells wide.
   PerTissue volumes(double from = 0) const {
     constexpr double kCell = 0.2;
-    constexpr int kFine = 6;
+    constexpr int kFine = 4;
     const auto places = [](double first, double end) {  // of the corners of the cells along an axis
       std::vector<double> at;
       double next = first;

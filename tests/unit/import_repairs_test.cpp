@@ -133,6 +133,31 @@ TEST(ImportShells, ASolidOfOverlappingShellsIsTheirUnion) {
   EXPECT_GT(solid->distance(dvec3(6, 0.5, 2) * kMillimetre), 0);
 }
 
+TEST(ImportShells, DistancesOfManyPointsHaveTheBitsOfSingleDistances) {
+  Soup s = box({0, 0, 0}, {4, 4, 4});
+  s.add(box({2, 1, 1}, {7, 3, 3}).inside_out());
+  s.add(ball({0.5, 2, 4}, 1.7));
+  const auto solid = read_mesh_solid(s.write("many.stl"), 1e-3);
+  // Small steps, between which the sign need not be computed again, and jumps across the surface.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> anywhere(-3, 9), step(-0.2, 0.2);
+  std::vector<dvec3> points;
+  for (int i = 0; i < 20000; ++i) {
+    const bool jump = i % 50 == 0;
+    const auto draw = [&] { return jump ? anywhere(random) : step(random); };
+    points.push_back((jump ? dvec3(0) : points.back()) + dvec3(draw(), draw(), draw()) * kMillimetre);
+  }
+  std::vector<double> distances(points.size());
+  solid->distances(points, distances);
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(distances[i], solid->distance(points[i])) << i;
+    inside += distances[i] < 0 ? 1 : 0;
+  }
+  EXPECT_GT(inside, points.size() / 50);
+  EXPECT_LT(inside, points.size() / 2);
+}
+
 TEST(ImportRepair, NearlyEqualVerticesAreMergedWithAMessage) {
   Soup s = ball({0, 0, 0}, 5);
   std::mt19937 random(3);

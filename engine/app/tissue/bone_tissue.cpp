@@ -174,9 +174,9 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   dense.distance.resize(count);
   dense.tissue.assign(count, Tissue::kAir);
   dense.hardness.assign(count, haptics::kOwnHardness);
-  const auto at = [&](const dvec3& p_W) {
-    const dvec3 p_M = bone.X_MW * p_W;
-    double outer = jaw->distance(p_M);
+  // Returns the distance to the jaw without the removed solids. `to_jaw`: the distance to the jaw at p_W.
+  const auto at = [&](const dvec3& p_W, double to_jaw) {
+    double outer = to_jaw;
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
@@ -184,10 +184,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   // the distances of two points to the jaw differ by at most the distance between the points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
-  const auto voxel = [&](int x, int y, int z) {
-    const std::size_t i = dense.at(x, y, z);
-    const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
-    const double outer = at(p_W), canal = bone.canal.distance(p_W);
+  const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
+    const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
     // The mesh of the jaw may be larger than the sampled box. The bone is cut off inside the faces of this box.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
@@ -209,19 +207,27 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     dense.tissue[i] = cortical ? Tissue::kCorticalBone : Tissue::kCancellousBone;
     dense.hardness[i] = haptics::hardness_byte(grey / (cortical ? bone.grey.cortical : bone.grey.cancellous));
   };
-  const auto block = [&](const glm::ivec3& from) {
-    const glm::ivec3 end = glm::min(from + kBlock, dense.size);
-    const bool far = at(dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1))) - reach > dense.band;
-    for (int x = from.x; x < end.x; ++x) {
-      for (int y = from.y; y < end.y; ++y) {
-        for (int z = from.z; z < end.z; ++z) {
-          if (far) {
-            dense.distance[dense.at(x, y, z)] = static_cast<float>(dense.band);
-          } else {
-            voxel(x, y, z);
-          }
-        }
-      }
+  struct Scratch {
+    std::vector<glm::ivec3> voxels;
+    std::vector<dvec3> p_M;  // m, in the frame of the mesh
+    std::vector<double> to_jaw;
+  };
+  const auto block = [&](const glm::ivec3& from, Scratch& scratch) {
+    const dvec3 middle_W = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
+    haptics::voxels_of_block(from, glm::min(from + kBlock, dense.size), scratch.voxels);
+    if (at(middle_W, jaw->distance(bone.X_MW * middle_W)) - reach > dense.band) {
+      for (const glm::ivec3& v : scratch.voxels)
+        dense.distance[dense.at(v.x, v.y, v.z)] = static_cast<float>(dense.band);
+      return;
+    }
+    const auto place = [&](const glm::ivec3& v) { return dense.frame.to_world(dvec3(v)); };
+    scratch.p_M.clear();
+    for (const glm::ivec3& v : scratch.voxels) scratch.p_M.push_back(bone.X_MW * place(v));
+    scratch.to_jaw.resize(scratch.p_M.size());
+    jaw->distances(scratch.p_M, scratch.to_jaw);
+    for (std::size_t n = 0; n < scratch.voxels.size(); ++n) {
+      const glm::ivec3 v = scratch.voxels[n];
+      voxel(dense.at(v.x, v.y, v.z), place(v), scratch.to_jaw[n]);
     }
   };
   const int blocks = (dense.size.x + kBlock - 1) / kBlock;
@@ -229,9 +235,10 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   std::vector<std::jthread> workers;
   for (int t = 0; t < threads; ++t) {
     workers.emplace_back([&, t] {
+      Scratch scratch;
       for (int x = blocks * t / threads; x < blocks * (t + 1) / threads; ++x) {
         for (int y = 0; y < dense.size.y; y += kBlock) {
-          for (int z = 0; z < dense.size.z; z += kBlock) block({x * kBlock, y, z});
+          for (int z = 0; z < dense.size.z; z += kBlock) block({x * kBlock, y, z}, scratch);
         }
       }
     });
