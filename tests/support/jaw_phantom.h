@@ -49,23 +49,28 @@ class JawPhantom {
 
   /// Returns the tissue at q. Soft tissues other than pulp and the nerve are labelled as air.
   Tissue tissue(const glm::dvec3& q) const {
+    // Squared distances, because a scan needs the tissue at many millions of positions.
+    std::array<double, 2> out2;
     for (std::size_t k = 0; k < a_.teeth; ++k) {
       const glm::dvec3 r = q - glm::dvec3(place(k), kY, 0);
-      const double out = length_of(r.x, r.y);
+      out2[k] = r.x * r.x + r.y * r.y;
+      if (out2[k] > kWidest * kWidest) continue;
+      const bool in_canal = out2[k] < a_.root_canal * a_.root_canal;
       if (q.z >= kNeck) {
         if (crown_distance(k, r) >= 0) continue;
-        if (inside_ellipsoid(out, r.z - 25.5, 1.2 * a_.chamber, 2 * a_.chamber) || (out < a_.root_canal && r.z < 25))
+        if (inside_ellipsoid(out2[k], r.z - 25.5, 1.2 * a_.chamber, 2 * a_.chamber) || (in_canal && r.z < 25))
           return Tissue::kPulp;
-        if (inside_ellipsoid(out, r.z - 26, 2.7, 3.4)) return Tissue::kDentin;
+        if (inside_ellipsoid(out2[k], r.z - 26, 2.7, 3.4)) return Tissue::kDentin;
         return a_.metal && k == 1 ? Tissue::kAmalgam : Tissue::kEnamel;
       }
-      if (out < root_radius(q.z)) return (out < a_.root_canal && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
+      if (within(out2[k], root_radius(q.z))) return (in_canal && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
     }
     if (!inside_bone(q, 0)) return Tissue::kAir;
     for (std::size_t k = 0; k < a_.teeth; ++k) {
-      const double out = length_of(q.x - place(k), q.y - kY);
-      if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
-      if (a_.lamina && out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
+      if (out2[k] > kWidest * kWidest) continue;
+      if (within(out2[k], root_radius(q.z + kLigament) + kLigament)) return Tissue::kAir;
+      if (a_.lamina && within(out2[k], root_radius(q.z + kLigament + kLamina) + kLigament + kLamina))
+        return Tissue::kCorticalBone;
     }
     if (inside_bone(q, kShell)) {
       const double from_canal = glm::length(q - canal_centre(q.x));
@@ -211,16 +216,17 @@ class JawPhantom {
  private:
   static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2, kFissureHalf = 0.35;  // mm
 
-  static bool inside_ellipsoid(double out, double up, double radius, double half) {
-    return out * out / (radius * radius) + up * up / (half * half) < 1;
+  static constexpr double kWidest = 4.1;  // mm, larger than the radius of a crown and of a socket
+
+  static bool within(double square, double radius) { return radius > 0 && square < radius * radius; }
+  static bool inside_ellipsoid(double out2, double up, double radius, double half) {
+    return out2 / (radius * radius) + up * up / (half * half) < 1;
   }
   static bool inside_bone(const glm::dvec3& q, double shell) {
     const glm::dvec3 r = (q - glm::dvec3(14.75, 12, 12.5)) / (glm::dvec3(13, 8, 10.5) - shell);
     const glm::dvec3 square = r * r;
     return glm::dot(square, square) < 1;
   }
-  /// Unlike std::hypot, without the care for overflow, because a scan needs the tissue at many millions of positions.
-  static double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
   JawArtefacts a_;
 };
