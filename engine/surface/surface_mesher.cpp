@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <unordered_map>
+#include <utility>
 
 #include "engine/surface/contour/brick_contour.h"
 #include "engine/surface/contour/cell_shapes.h"
@@ -28,7 +29,8 @@ bool key_less(const glm::ivec3& a, const glm::ivec3& b) {
 struct Brick {
   glm::ivec3 key{0};
   BrickContour contour;
-  BrickMesh mesh;
+  BrickMesh mesh;              // empty if the mesher does not keep the meshes
+  bool has_triangles = false;  // true if the last mesh of the brick (16³ cells) had triangles
   bool queued = false;
 };
 
@@ -43,8 +45,7 @@ struct Corner {
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// Builds one brick's mesh. Its working memory is used again for the next brick, so each array of a mesh is allocated
-// only once, in its final size.
+// Builds one brick's mesh. The memory of the mesh, and all other memory, is used again for the next brick.
 struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
@@ -52,15 +53,14 @@ struct PolygonBuilder {
     std::uint8_t owner;
     std::uint16_t point;
   };
+  BrickMesh mesh;
   std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
-  std::vector<SurfaceVertex> vertices;
-  std::vector<std::uint32_t> indices;  // has room for the triangles of all edges of the brick
-  std::uint32_t* index_end = nullptr;  // end of the brick's indices
+  std::uint32_t* index_end = nullptr;        // end of the indices that were written to `mesh`
   // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
-  void build(const BrickContour* const around[8], BrickMesh& mesh);
+  void build(const BrickContour* const around[8]);
 
  private:
   bool find_corners(const BrickContour* const around[8], BrickContour::Edge edge, Corner corners[4], int& count) const;
@@ -94,7 +94,7 @@ inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, T
     // On a crease, a copy of the vertex is used again only if its normal is nearly equal. So the two sides of a crease
     // get different copies.
     if (copies[i].low == low && copies[i].high == high &&
-        (!crease || glm::dot(vertices[i].normal, crease_normal) > 0.999f)) {
+        (!crease || glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f)) {
       return i;
     }
   }
@@ -104,8 +104,8 @@ inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, T
 std::uint32_t PolygonBuilder::new_copy(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal) {
   const ContourVertex& v = *corner.data;
   std::uint32_t& first = first_copy[corner.owner][corner.vertex];
-  const auto number = static_cast<std::uint32_t>(vertices.size());
-  SurfaceVertex& out = vertices.emplace_back();
+  const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
+  SurfaceVertex& out = mesh.vertices.emplace_back();
   out.position = v.position;
   out.normal = v.crease ? crease_normal : v.normal;
   out.tissue[0] = low;
@@ -265,13 +265,13 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
 
 // Builds the mesh of a brick (16³ cells). `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is
 // set, the neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
-void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh) {
+void PolygonBuilder::build(const BrickContour* const around[8]) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
   mesh.key = own.key;
-  vertices.clear();
-  if (indices.size() < 6 * own.edges.size()) indices.resize(6 * own.edges.size());
-  index_end = indices.data();
+  mesh.vertices.clear();
+  mesh.indices.resize(6 * own.edges.size());  // room for the triangles of all edges
+  index_end = mesh.indices.data();
   copies.clear();
   for (int o = 0; o < 8; ++o) first_copy[o].assign(around[o] ? around[o]->vertices.size() : 0, kNone);
   std::size_t number = 0;
@@ -301,8 +301,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
       quad(corners[3], corners[2], corners[1], corners[0]);
     }
   }
-  mesh.vertices.assign(vertices.begin(), vertices.end());
-  mesh.indices.assign(indices.data(), index_end);
+  mesh.indices.resize(static_cast<std::size_t>(index_end - mesh.indices.data()));
   mesh.point.resize(copies.size());
   mesh.owner.resize(copies.size());
   for (std::size_t i = 0; i < copies.size(); ++i) {
@@ -319,20 +318,13 @@ struct SurfaceMesher::State {
   PolygonBuilder weaver;
   // Most of the searches are for neighbours, so the map itself stays small enough for the processor's cache.
   std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
+  std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // becomes the next new brick (16³ cells)
   std::vector<Brick*> queue;  // the bricks (blocks of 16³ cells) that must be meshed again
   std::vector<glm::ivec3> changed;
 
   Brick* find(const glm::ivec3& key) const {
     const auto it = bricks.find(key);
     return it == bricks.end() ? nullptr : it->second.get();
-  }
-  Brick& at(const glm::ivec3& key) {
-    std::unique_ptr<Brick>& brick = bricks[key];
-    if (!brick) {
-      brick = std::make_unique<Brick>();
-      brick->key = key;
-    }
-    return *brick;
   }
   void enqueue_around(const glm::ivec3& key) {
     // Polygons join a brick's cells with cells of its lower neighbours. So if a brick (16³ cells) changes, its upper
@@ -343,6 +335,28 @@ struct SurfaceMesher::State {
       upper->queued = true;
       queue.push_back(upper);
     }
+  }
+  /// Builds the meshes of all queued bricks, and calls `changed_to(brick, mesh)` for each brick that has triangles, or
+  /// had triangles before.
+  template <class Changed>
+  void remesh(const Changed& changed_to) {
+    std::sort(queue.begin(), queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
+    for (Brick* const brick : queue) {
+      brick->queued = false;
+      const BrickContour* around[8] = {&brick->contour};
+      for (int o = 1; o < 8; ++o) {
+        const Brick* const lower = find(brick->key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
+        around[o] = lower ? &lower->contour : nullptr;
+      }
+      weaver.build(around);
+      const bool had_triangles = std::exchange(brick->has_triangles, !weaver.mesh.indices.empty());
+      if (had_triangles || brick->has_triangles) changed_to(*brick, weaver.mesh);
+    }
+    // Erases a brick (16³ cells) without surface if no other brick refers to it.
+    for (const Brick* const brick : queue) {
+      if (brick->contour.empty() && !brick->has_triangles) bricks.erase(brick->key);
+    }
+    queue.clear();
   }
 };
 
@@ -358,8 +372,16 @@ void SurfaceMesher::set_tolerance(float tolerance) {
 }
 
 void SurfaceMesher::put(const FieldBrick& brick) {
-  state_->contourer.contour(brick, state_->options.tolerance, state_->at(brick.key).contour);
-  state_->enqueue_around(brick.key);
+  State& s = *state_;
+  Brick* const known = s.find(brick.key);
+  Brick& changed = known ? *known : *s.spare;
+  s.contourer.contour(brick, s.options.tolerance, changed.contour);
+  if (!known) {
+    if (changed.contour.empty()) return;  // neither this brick (16³ cells) nor its neighbours change
+    changed.key = brick.key;
+    s.bricks.emplace(brick.key, std::exchange(s.spare, std::make_unique<Brick>()));
+  }
+  s.enqueue_around(brick.key);
 }
 
 void SurfaceMesher::remove(const glm::ivec3& key) {
@@ -373,24 +395,15 @@ void SurfaceMesher::remove(const glm::ivec3& key) {
 std::span<const glm::ivec3> SurfaceMesher::remesh() {
   State& s = *state_;
   s.changed.clear();
-  std::sort(s.queue.begin(), s.queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
-  for (Brick* const brick : s.queue) {
-    brick->queued = false;
-    const bool was_empty = brick->mesh.indices.empty();
-    const BrickContour* around[8] = {&brick->contour};
-    for (int o = 1; o < 8; ++o) {
-      const Brick* const lower = s.find(brick->key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
-      around[o] = lower ? &lower->contour : nullptr;
-    }
-    s.weaver.build(around, brick->mesh);
-    if (!was_empty || !brick->mesh.indices.empty()) s.changed.push_back(brick->key);
-  }
-  // Erases a brick (16³ cells) without surface if no other brick refers to it.
-  for (const Brick* const brick : s.queue) {
-    if (brick->contour.empty() && brick->mesh.indices.empty()) s.bricks.erase(brick->key);
-  }
-  s.queue.clear();
+  s.remesh([&s](Brick& brick, const BrickMesh& mesh) {
+    brick.mesh = mesh;
+    s.changed.push_back(brick.key);
+  });
   return s.changed;
+}
+
+void SurfaceMesher::remesh(const std::function<void(const BrickMesh&)>& visit) {
+  state_->remesh([&visit](const Brick&, const BrickMesh& mesh) { visit(mesh); });
 }
 
 const BrickMesh* SurfaceMesher::find(const glm::ivec3& key) const {

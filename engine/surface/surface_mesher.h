@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
@@ -72,7 +73,11 @@ class SurfaceMesher {
   /// sorted. The keys include bricks whose mesh has become empty. The returned span is valid until the next call of any
   /// function of this class.
   std::span<const glm::ivec3> remesh();
+  /// Builds the same meshes as remesh(), in the same order, but passes each mesh to `visit` and does not keep it, which
+  /// saves memory and time. The mesh is valid during the call. Do not use both versions of remesh() with one mesher.
+  void remesh(const std::function<void(const BrickMesh&)>& visit);
 
+  // The following functions describe the meshes that remesh() keeps.
   /// Returns a brick's mesh; nullptr if the brick contains no surface. The pointer is valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
   /// Returns the keys of all bricks (blocks of 16³ cells) with triangles, sorted.

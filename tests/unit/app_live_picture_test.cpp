@@ -125,7 +125,8 @@ TEST(LabelBlocks, HaveTheLabelsOfTheVolumeAndCanBeReleased) {
       for (int x = 0; x < size.x; ++x)
         for (int y = 0; y < size.y; ++y)
           for (int z = 0; z < size.z; ++z, ++i) {
-            ASSERT_EQ(labels.at(low + glm::ivec3(x, y, z) - labels.origin()), all[i]) << x << " " << y << " " << z;
+            const glm::ivec3 voxel = low + glm::ivec3(x, y, z) - labels.origin();
+            ASSERT_EQ(labels.at(tissue, voxel), all[i]) << x << " " << y << " " << z;
             some = some || all[i] != Tissue::kAir;
           }
       EXPECT_TRUE(!some || labels.one_tissue());

@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
 #include <set>
+#include <vector>
 
 #include "engine/surface/contour/cell_shapes.h"
 #include "engine/surface/contour/crossing.h"
 #include "engine/surface/contour/moments.h"
 #include "engine/surface/contour/plane_fit.h"
+#include "engine/surface/contour/smooth_vertices.h"
 
 namespace typodont::surface {
 namespace {
@@ -104,6 +109,52 @@ Crossing crossing(const glm::vec3& p, const glm::vec3& n, float curvature = 0) {
   return {{p.x, p.y, p.z}, {n.x, n.y, n.z}, curvature};
 }
 
+// Samples of a field in a cube, whose edges along each axis are crossed with cross_edges().
+TEST(Crossing, OfManyEdgesHasTheBitsOfSingleEdges) {
+  constexpr int kSide = 12, kStride[3] = {kSide * kSide, kSide, 1};
+  const auto ball = [](const glm::vec3& p) { return glm::length(p - glm::vec3(5.3f, 5.6f, 5.1f)) - 3.4f; };
+  const auto box = [](const glm::vec3& p) {
+    const glm::vec3 d = glm::abs(p - 5.5f) - glm::vec3(2.2f, 2.7f, 3.1f);
+    return std::max({d.x, d.y, d.z});
+  };
+  const auto furrow = [&](const glm::vec3& p) { return std::max(ball(p), 1.5f - std::abs(p.x - 0.6f * p.y - 2)); };
+  std::mt19937 random(7);
+  const auto noise = [&](const glm::vec3&) { return std::uniform_real_distribution<float>(-1, 1)(random); };
+  int crossed = 0;
+  const auto test = [&](const auto& field) {
+    std::vector<float> samples;
+    for (int i = 0; i < kSide * kSide * kSide; ++i)
+      samples.push_back(field(glm::vec3(i / kStride[0], i / kStride[1] % kSide, i % kSide)));
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<GridEdge> edges;
+      for (int x = 1; x < kSide - 2; ++x)
+        for (int y = 1; y < kSide - 2; ++y)
+          for (int z = 1; z < kSide - 2; ++z) {
+            const auto at = static_cast<std::size_t>(x * kStride[0] + y * kStride[1] + z);
+            if ((samples[at] < 0) == (samples[at + static_cast<std::size_t>(kStride[axis])] < 0)) continue;
+            edges.push_back({static_cast<std::uint16_t>(at), static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                             static_cast<std::uint8_t>(z)});
+          }
+      std::vector<Crossing> found(edges.size());
+      cross_edges(samples.data(), kStride, axis, edges, found.data());
+      const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+      for (std::size_t i = 0; i < edges.size(); ++i, ++crossed) {
+        const LocalCrossing one = cross_edge(samples.data() + edges[i].sample, kStride[axis], kStride[b], kStride[c]);
+        glm::vec3 point(edges[i].x, edges[i].y, edges[i].z);
+        point[axis] += one.t;
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(found[i].point[k], point[k]);
+        ASSERT_EQ(found[i].normal[axis], one.na);
+        ASSERT_EQ(found[i].normal[b], one.nb);
+        ASSERT_EQ(found[i].normal[c], one.nc);
+        ASSERT_EQ(found[i].curvature, one.curvature);
+        ASSERT_EQ(found[i].one, 1);
+      }
+    }
+  };
+  test(ball), test(box), test(furrow), test(noise);
+  EXPECT_GT(crossed, 1000);
+}
+
 TEST(PlaneFit, FindsTheCornerOfThreePlanes) {
   PlaneSums sums;
   const glm::vec3 corner(0.21f, -0.34f, 0.11f), centre(1, 2, 3);
@@ -173,6 +224,34 @@ TEST(Moments, HaveTheBitsOfTheSumsThatAreComputedAlone) {
   EXPECT_EQ(sums.normals(), alone.normals());
   EXPECT_EQ(sums.curvatures(), alone.curvatures());
   EXPECT_EQ(sums.points_by_normals(), alone.points_by_normals());
+}
+
+TEST(SmoothVertices, OfEightCellsHaveTheBitsOfSingleCells) {
+  std::mt19937 random(3);
+  CrossingSums sums[8];
+  const CrossingSums* cells[8];
+  for (int cell = 0; cell < 8; ++cell) {
+    cells[cell] = &sums[cell];
+    for (int i = 0; i < 3 + cell % 4; ++i) {
+      const auto number = [&] { return std::uniform_real_distribution<float>(-0.5f, 0.5f)(random); };
+      const glm::vec3 p(number(), number(), number()), n(number(), number(), 1);
+      // the sum of the normals of cell 5 is zero
+      sums[cell].add(crossing(p, cell == 5 ? glm::vec3(0) : glm::normalize(n), 0.2f * number()), glm::vec3(0));
+    }
+  }
+  SmoothVertices eight;
+  smooth_vertices(cells, eight);
+  const unsigned spread = spread_of_normals(cells, 0.05f);
+  for (int cell = 0; cell < 8; ++cell) {
+    const glm::vec3 position = smooth_vertex(sums[cell], 1), normal = unit_normal(sums[cell]);
+    const glm::vec3 mean = sums[cell].normals() / sums[cell].count();
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(eight.position[i][cell], position[i]) << cell;
+      EXPECT_EQ(eight.normal[i][cell], normal[i]) << cell;
+    }
+    EXPECT_EQ(spread >> cell & 1, 1 - glm::dot(mean, mean) < 0.05f ? 0u : 1u) << cell;
+  }
+  EXPECT_EQ(unit_normal(sums[5]), glm::vec3(0, 0, 1));
 }
 
 }  // namespace

@@ -201,7 +201,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     const double triangles = whole_time(repeats, tolerance, read(volume, volume.surface_bricks()), mesher);
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = picture_time(repeats, tolerance, carver.volume(), view);
-    row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
+    row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", mesher.triangle_count());
     // Drills with a bur of 1.2 mm diameter at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the
     // top of the crown.
     glm::ivec3 lo, hi;
@@ -226,7 +226,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, drilling frame, triangles", tolerance, quantile(meshes, 0.5), "frame",
         mesher.triangle_count());
     row("molar at 0.05 mm, drilling frame, picture", tolerance, quantile(pictures, 0.5), "frame",
-        view.mesher().triangle_count());
+        mesher.triangle_count());
   }
 }
 
@@ -243,7 +243,7 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
   surface::SurfaceMesher mesher({.tolerance = -1});
   const double triangles = whole_time(repeats, -1, read(volume, volume.surface_bricks()), mesher);
   const dvec3 centre = kCentre - volume.frame().origin / volume.frame().voxel;
-  const double allowed = error(surface::weld(view.mesher()), centre, radius);
+  const double allowed = error(surface::weld(mesher), centre, radius);
   for (double finer = radius;; finer *= 1.1) {
     const auto grid = ball_grid(finer);
     if (error(volume_to_mesh(*grid, 1).mesh, kCentre, finer) > allowed && finer < 6 * radius) continue;
@@ -257,7 +257,7 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
                       .per = "whole",
                       .baseline = fmt::format("volumeToMesh, radius {:.0f} voxels, {:.1f} ms", finer, theirs.ns * 1e-6),
                       .ratio = ns / theirs.ns,
-                      .size = static_cast<double>(view.mesher().triangle_count()),
+                      .size = static_cast<double>(mesher.triangle_count()),
                       .size_unit = "triangles"});
     return;
   }

@@ -12,7 +12,7 @@ namespace typodont {
 std::uint64_t brick_number(const glm::ivec3& key);
 
 /// Converts a brick (mesh block) to the renderer's format, with positions in m from the volume's origin. `voxel`: voxel
-/// size, m. `mesh`: null if the brick no longer has a surface.
-render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
+/// size, m.
+render::MeshUpdate brick_update(const surface::BrickMesh& mesh, double voxel);
 
 }  // namespace typodont

@@ -114,8 +114,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
       }
   std::array<std::vector<render::MeshUpdate>, kMeshes> updates;
   for (std::size_t m = 0; m < kMeshes; ++m)
-    for (const glm::ivec3& done : meshers[m].remesh())
-      updates[m].push_back(brick_update(done, meshers[m].find(done), voxel));
+    meshers[m].remesh([&](const surface::BrickMesh& mesh) { updates[m].push_back(brick_update(mesh, voxel)); });
   return updates;
 }
 

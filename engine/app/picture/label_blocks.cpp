@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "engine/app/field/brick_update.h"
+
 namespace typodont {
 
 void LabelBlocks::forget() {
@@ -9,16 +11,26 @@ void LabelBlocks::forget() {
   used_ = 0;
 }
 
-const LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume, const glm::ivec3& key) {
-  const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
-  const Block*& found = known_[part(key.x) << 42 | part(key.y) << 21 | part(key.z)];
-  if (found) return *found;
-  if (used_ == blocks_.size()) blocks_.push_back(std::make_unique_for_overwrite<Block>());
-  Block& fresh = *blocks_[used_++];
-  volume.copy(kSide * key, glm::ivec3(kSide), nullptr, fresh.labels.data());
-  drawn_as_.apply(fresh.labels);
+void LabelBlocks::copy(const haptics::TissueVolume& volume, const glm::ivec3& key, Labels& labels) const {
+  volume.copy(kSide * key, glm::ivec3(kSide), nullptr, labels.data());
+  drawn_as_.apply(labels);
+}
+
+void LabelBlocks::read(const haptics::TissueVolume& volume, Block& block) {
+  if (used_ == labels_.size()) labels_.push_back(std::make_unique_for_overwrite<Labels>());
+  Labels& labels = *labels_[used_++];
+  copy(volume, block.key, labels);
+  block.labels = &labels;
+}
+
+LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume, const glm::ivec3& key) {
+  const auto [found, unknown] = known_.try_emplace(brick_number(key));
+  Block& block = found->second;
+  if (!unknown) return block;
+  block.key = key;
+  copy(volume, key, scratch_);
   for (int cube = 0; cube < 8; ++cube) {
-    const Tissue* first = &fresh.labels[static_cast<std::size_t>(
+    const Tissue* first = &scratch_[static_cast<std::size_t>(
         kCube * ((cube >> 2) * kSide * kSide + (cube >> 1 & 1) * kSide + (cube & 1)))];
     unsigned tissues = 0;
     std::uint64_t last = ~std::uint64_t{0};  // no row of labels is equal to this
@@ -29,12 +41,12 @@ const LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume
       std::memcpy(&eight, labels, sizeof eight);
       if (eight == last) continue;
       last = eight;
-      for (int z = 0; z < kCube; ++z) tissues |= set_of(labels[z]);
+      const bool uniform = eight == (eight & 0xff) * 0x0101010101010101u;
+      for (int z = 0; z < (uniform ? 1 : kCube); ++z) tissues |= set_of(labels[z]);
     }
-    fresh.cubes[static_cast<std::size_t>(cube)] = static_cast<Tissues>(tissues);
+    block.cubes[static_cast<std::size_t>(cube)] = static_cast<Tissues>(tissues);
   }
-  found = &fresh;
-  return fresh;
+  return block;
 }
 
 void LabelBlocks::look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high) {
@@ -50,8 +62,8 @@ void LabelBlocks::look_at(const haptics::TissueVolume& volume, const glm::ivec3&
   for (key.x = first.x; key.x <= last.x; ++key.x)
     for (key.y = first.y; key.y <= last.y; ++key.y)
       for (key.z = first.z; key.z <= last.z; ++key.z) {
-        const Block& b = block(volume, key);
-        around_.push_back(&b.labels);
+        Block& b = block(volume, key);
+        around_.push_back(&b);
         for (int cube = 0; cube < 8; ++cube) {
           const Tissues tissues = b.cubes[static_cast<std::size_t>(cube)];
           const glm::ivec3 at = 2 * (key - first) + glm::ivec3(cube >> 2, cube >> 1 & 1, cube & 1);

@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks. Each block is read from the volume only once, and stores which tissues it
-// contains. For the thread that owns the tissue.
+// Tissue labels near the surface, in blocks. Each block stores which tissues it contains. The labels themselves are
+// stored only for blocks in which labels are looked up. For the thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -19,21 +19,24 @@ class LabelBlocks {
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
   /// Discards all blocks of labels, because the volume may have changed.
   void forget();
-  /// Loads the blocks of labels that contain the voxels from `low` to `high`.
+  /// Finds the tissues of the blocks that contain the voxels from `low` to `high`. These blocks are called the present
+  /// blocks.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Returns the origin (voxels) of the coordinates that at() expects. Within the loaded blocks, these coordinates are
+  /// Returns the origin (voxels) of the coordinates that at() expects. Within the present blocks, these coordinates are
   /// positive.
   const glm::ivec3& origin() const { return origin_; }
-  Tissue at(const glm::ivec3& i) const {
+  /// Returns the label of a voxel of the present blocks. `volume` must be that of look_at().
+  Tissue at(const haptics::TissueVolume& volume, const glm::ivec3& i) {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
-    return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
-        in.x << 2 * kShift | in.y << kShift | in.z)];
+    Block& block = *around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)];
+    if (!block.labels) read(volume, block);
+    return (*block.labels)[static_cast<std::size_t>(in.x << 2 * kShift | in.y << kShift | in.z)];
   }
   /// A set of tissues: bit t is set if tissue t belongs to the set.
   using Tissues = std::uint16_t;
   static_assert(kTissueCount <= 16);
   static constexpr Tissues set_of(Tissue tissue) { return static_cast<Tissues>(1u << static_cast<int>(tissue)); }
-  /// Returns true if the loaded blocks contain exactly one tissue besides air.
+  /// Returns true if the present blocks contain exactly one tissue besides air.
   bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
   /// Returns true if a voxel from `low` to `high` (coordinates as for at()), or near this box, has another label than
   /// those of `expected`. False: no voxel in the box has another label.
@@ -52,20 +55,25 @@ class LabelBlocks {
   static constexpr int kCubeShift = kShift - 1, kCube = 1 << kCubeShift;  // a block consists of 2³ cubes
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
-    Labels labels;
-    std::array<Tissues, 8> cubes;  // the tissues in each cube; the index of cube (x, y, z) is 4x + 2y + z
+    glm::ivec3 key{0};
+    std::array<Tissues, 8> cubes{};  // the tissues in each cube; the index of cube (x, y, z) is 4x + 2y + z
+    const Labels* labels = nullptr;  // null: not read yet
   };
 
-  const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
+  Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
+  void copy(const haptics::TissueVolume& volume, const glm::ivec3& key, Labels& labels) const;
+  /// Reads the labels of a block.
+  void read(const haptics::TissueVolume& volume, Block& block);
 
   DrawnAs drawn_as_;
-  /// blocks of labels; only the first `used_` are valid, the others are unused memory for later blocks
-  std::vector<std::unique_ptr<Block>> blocks_;
+  std::unordered_map<std::uint64_t, Block> known_;
+  /// labels of blocks; only the first `used_` are valid, the others are unused memory for later blocks
+  std::vector<std::unique_ptr<Labels>> labels_;
   std::size_t used_ = 0;
-  std::unordered_map<std::uint64_t, const Block*> known_;
-  std::vector<const Labels*> around_;
-  std::vector<Tissues> cubes_;  // the tissues in each cube of the loaded blocks
-  Tissues all_ = 0;             // the tissues in all loaded blocks
+  Labels scratch_;  // labels of the last block whose tissues were found
+  std::vector<Block*> around_;
+  std::vector<Tissues> cubes_;  // the tissues in each cube of the present blocks
+  Tissues all_ = 0;             // the tissues in all present blocks
   glm::ivec3 origin_{0}, count_{0};
 };
 

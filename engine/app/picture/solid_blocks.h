@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "engine/app/field/brick_update.h"
+#include "engine/base/vectors.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -14,7 +15,7 @@ namespace typodont {
 class SolidBlocks {
  public:
   /// Indices of a voxel in a vector register: x, y, z, and a fourth lane without meaning.
-  using Voxel = int __attribute__((vector_size(16)));
+  using Voxel = FourInts;
 
   /// Discards all blocks, because the volume may have changed.
   void forget() {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
+#include "engine/base/vectors.h"
 #include "haptics/natural_surface.h"
 
 namespace typodont {
@@ -94,9 +94,7 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
-/// Three coordinates in a vector register, with a fourth lane without meaning.
-using Four = float __attribute__((vector_size(16)));
-
+/// Returns three coordinates in a vector register, with a fourth lane without meaning.
 Four lanes_of(const glm::vec3& p) {
   return Four{p.x, p.y, p.z, 0};
 }
@@ -197,7 +195,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
         for (int y = 0; y < 5; ++y) {
           const float across = weight[0][x] * weight[1][y];
           for (int z = 0; z < 5; ++z) {
-            const Tissue label = labels_.at(nearest + glm::ivec3(x - 2, y - 2, z - 2));
+            const Tissue label = labels_.at(volume, nearest + glm::ivec3(x - 2, y - 2, z - 2));
             const float w = across * weight[2][z];
             first += label == v.tissue[0] ? w : 0;
             second += label == v.tissue[1] ? w : 0;
@@ -207,10 +205,10 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the loaded blocks of tissue labels, all coordinates are positive, so the conversion to integers rounds
+    // Within the present blocks of tissue labels, all coordinates are positive, so the conversion to integers rounds
     // down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
-    const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
+    const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
     // At a vertex of dentin beside enamel, the enamel is treated as a layer of thickness zero over the dentin. So this
     // vertex has the colour of the dentin. The shader interpolates the colours from this vertex to the enamel's
@@ -274,12 +272,10 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   std::vector<render::MeshUpdate> updates;
   labels_.forget();
   solid_.forget();
-  const std::span<const glm::ivec3> meshed = mesher_.remesh();
-  updates.reserve(meshed.size());
-  for (const glm::ivec3& key : meshed) {
-    updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
+  mesher_.remesh([&](const surface::BrickMesh& mesh) {
+    updates.push_back(brick_update(mesh, volume.frame().voxel));
     find_tissue_below(volume, updates.back());
-  }
+  });
   return updates;
 }
 

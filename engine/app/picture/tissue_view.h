@@ -54,9 +54,6 @@ class TissueView {
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// Returns the mesher that meshes the distance field; empty if all tissues so far were meshes.
-  const surface::SurfaceMesher& mesher() const { return mesher_; }
-
  private:
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -12,6 +11,7 @@
 #include "engine/surface/contour/crossing.h"
 #include "engine/surface/contour/moments.h"
 #include "engine/surface/contour/plane_fit.h"
+#include "engine/surface/contour/smooth_vertices.h"
 
 namespace typodont::surface {
 namespace {
@@ -31,21 +31,12 @@ constexpr float kSmoothSpread = 0.008f;
 // Cosine of 64°. A crease is gentle (ContourVertex::gentle) if all normals in its cell differ from each other by
 // less than this.
 constexpr float kGentleCosine = 0.44f;
-// These constants place the vertices on a curved surface. The four vertices around an edge of the grid form a facet;
-// its sides are about as long as the side s of a cell. If the vertices lay on a surface of curvature κ, the middle of
-// the facet would lie about s²κ/4 below the surface. So the vertices are placed outside the surface by kLift·s²κ. Then
-// the facet's corners lie outside the surface by about as much as its middle lies inside. The remaining error is at
-// most kSag·s²κ. Each vertex is also moved along the surface towards the middle of its cell, by the fraction kCentre of
-// its distance from this middle, so that facets have similar sizes. All values were measured on spheres:
-// tests/property/surface_mesh_test.cpp.
-constexpr float kCentre = 0.6f;
-constexpr float kLift = 0.145f;
+// The error of the mesh on a surface of curvature κ is at most kSag·s²κ, where s is the side of a block
+// (smooth_vertices.cpp).
 constexpr float kSag = 0.18f;
 // variance of the crossings' positions in one direction, divided by the square of the block's side; if the variance is
 // smaller, greatest_curvature() cannot estimate the curvature in this direction
 constexpr float kLeastSpread = 4e-3f;
-// largest distance by which a vertex is placed outside the surface, as a ratio to the cell's side length
-constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels; the vertex on a crease may lie outside its cell by at most this distance
 // voxels; a block is not merged if the distance between its vertex and the surface, as read from the field by trilinear
@@ -204,24 +195,6 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// Returns the vertex for a smooth piece of surface in a cell with the side s, relative to the cell's middle. The vertex
-// starts at the mean of the crossings (the points where the surface crosses the cell's edges). On a curved surface,
-// this mean does not lie on the surface: its distance from the surface is half the covariance of points and normals.
-// The vertex is moved by this distance along the normal.
-glm::vec3 smooth_vertex(const CrossingSums& sums, float s) {
-  const float w = 1 / sums.count();
-  const glm::vec3 x = sums.points() * w, n = sums.normals() * w;
-  const float length = glm::length(n);
-  if (length < 1e-6f) return x;
-  const glm::vec3 unit = n / length;
-  const float curvature = sums.curvatures() * w;
-  const float onto_surface = std::clamp(0.5f * (sums.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
-  const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
-  const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
-  const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
-  return x + along + unit * (onto_surface + stay_on_surface + lift);
-}
-
 bool inside(const glm::vec3& p, float s) {
   const float reach = 0.5f * s + kOutside;
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
@@ -250,23 +223,21 @@ float field_at(const float* field, const glm::vec3& p) {
   return v0 + f.x * (v1 - v0);
 }
 
-glm::vec3 unit_or_up(const glm::vec3& n) {
-  const float length = glm::length(n);
-  return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
-}
-
-// Corner (x, y, z) of the brick has the number (x·17 + y)·17 + z, and a cell has the number of its lowest corner. For
-// each of a cell's 12 edges, this table contains the number of the edge's base (its lower end) minus the number of the
-// cell.
-constexpr std::array<int, 12> kEdgeBase = [] {
+// Corner (x, y, z) of the brick has the number (x·17 + y)·17 + z, and a cell has the number of its lowest corner. The
+// edge of the grid along axis a that starts at a corner has the number of the corner plus a·17³.
+constexpr int kCornerCount = kCorners * kCorners * kCorners;
+// For each of a cell's 12 edges: number of the edge minus number of the cell.
+constexpr std::array<int, 12> kEdgeNumber = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
     const int axis = e >> 2, u = e & 1, v = e >> 1 & 1;
     const int x = axis == 0 ? 0 : u, y = axis == 0 ? u : axis == 1 ? 0 : v, z = axis == 2 ? 0 : v;
-    out[static_cast<std::size_t>(e)] = (x * kCorners + y) * kCorners + z;
+    out[static_cast<std::size_t>(e)] = axis * kCornerCount + (x * kCorners + y) * kCorners + z;
   }
   return out;
 }();
+// largest number of crossed edges along one axis
+constexpr int kMostEdges = kCells * kCorners * kCorners;
 
 }  // namespace
 
@@ -280,10 +251,11 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];  // bit z of row (x, y) is set if corner (x,y,z) is solid
-  // For each axis and corner: index of the crossing on the edge of the grid that starts at this corner along this axis.
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];
-  std::vector<Crossing> crossings;
+  std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y) is set if corner (x,y,z) is solid
+  std::uint16_t crossing_at[3 * kCornerCount];  // for the number of each crossed edge: index of its crossing
+  // The crossed edges along axis a, and the crossings on them, begin at index a·kMostEdges.
+  std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMostEdges);
+  std::vector<Crossing> crossings = std::vector<Crossing>(3 * kMostEdges);
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
   std::vector<Moments> moments[kLevels];       // the moments of each node; empty if no blocks are to be merged
@@ -294,20 +266,28 @@ struct Contourer::Scratch {
   // brick are allocated only once, in their final size.
   std::vector<BrickContour::Edge> edges;
   std::vector<ContourVertex> vertices;
+  // A vertex of a smooth patch of surface that is not part of a merged block.
+  struct SmoothVertex {
+    std::uint16_t patch, vertex;  // indices in nodes[0] and `vertices`
+    glm::u8vec3 cell;
+  };
+  std::vector<SmoothVertex> smooth;
 
   bool read_signs();
   void find_crossings();
   int shape_at(const glm::ivec3& cell, int config) const;
   void find_patches(bool merging);
   bool merge(int level, float tolerance);
+  void find_creases();
   void place_vertices(int top, BrickContour& out);
+  void place_smooth_vertices(const glm::vec3& origin);
   PlaneSums planes_of(const Cell& cell, int patch, const glm::vec3& centre) const;
   PlaneSums planes_of(const glm::ivec3& low, int size) const;
 
   bool solid_at(int x, int y, int z) const { return solid[x * kCorners + y] >> z & 1; }
   const Crossing& crossing_of(const glm::ivec3& cell, int edge) const {
-    const int corner = (cell.x * kCorners + cell.y) * kCorners + cell.z + kEdgeBase[static_cast<std::size_t>(edge)];
-    return crossings[edge_at[edge >> 2][corner]];
+    const int corner = (cell.x * kCorners + cell.y) * kCorners + cell.z;
+    return crossings[crossing_at[corner + kEdgeNumber[static_cast<std::size_t>(edge)]]];
   }
 };
 
@@ -332,6 +312,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   s.find_crossings();
   out.edges.assign(s.edges.begin(), s.edges.end());
   s.find_patches(tolerance >= 0);
+  s.find_creases();
   int top = 0;
   while (tolerance >= 0 && top + 1 < kLevels && s.merge(top + 1, tolerance)) ++top;
   s.place_vertices(top, out);
@@ -360,37 +341,33 @@ bool Contourer::Scratch::read_signs() {
 // Finds the crossed edges, and the position and normal of each crossing. Edges whose base (lower end) lies in the
 // brick's own cells are added to `edges`; each becomes a polygon.
 void Contourer::Scratch::find_crossings() {
-  crossings.clear();
   edges.clear();
-  auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
-                             std::uint32_t bits) {
-    constexpr int kA = kStride[kAxis], kB = kStride[(kAxis + 1) % 3], kC = kStride[(kAxis + 2) % 3];
+  int next[3] = {0, kMostEdges, 2 * kMostEdges};
+  const auto find = [&](int axis, int x, int y, std::uint32_t crossed, std::uint32_t bits) {
     for (; crossed; crossed &= crossed - 1) {
-      const int z = std::countr_zero(crossed);
-      const LocalCrossing local = cross_edge(brick->distance.data() + sample(x, y, z), kA, kB, kC);
-      edge_at[kAxis][(x * kCorners + y) * kCorners + z] = static_cast<std::uint16_t>(crossings.size());
-      Crossing& crossing = crossings.emplace_back();
-      crossing.point[0] = static_cast<float>(x);
-      crossing.point[1] = static_cast<float>(y);
-      crossing.point[2] = static_cast<float>(z);
-      crossing.point[kAxis] += local.t;
-      crossing.normal[kAxis] = local.na;
-      crossing.normal[(kAxis + 1) % 3] = local.nb;
-      crossing.normal[(kAxis + 2) % 3] = local.nc;
-      crossing.curvature = local.curvature;
+      const int z = std::countr_zero(crossed), number = next[axis]++;
+      crossing_at[axis * kCornerCount + (x * kCorners + y) * kCorners + z] = static_cast<std::uint16_t>(number);
+      grid_edges[static_cast<std::size_t>(number)] = {static_cast<std::uint16_t>(sample(x, y, z)),
+                                                      static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                                                      static_cast<std::uint8_t>(z)};
       if (x < kCells && y < kCells && z < kCells) {
         edges.push_back({static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z) & 0xfff),
-                         static_cast<std::uint16_t>(kAxis & 3), static_cast<std::uint16_t>(bits >> z & 1)});
+                         static_cast<std::uint16_t>(axis & 3), static_cast<std::uint16_t>(bits >> z & 1)});
       }
     }
   };
   for (int x = 0; x < kCorners; ++x) {
     for (int y = 0; y < kCorners; ++y) {
       const std::uint32_t bits = solid[x * kCorners + y];
-      if (x < kCells) find(std::integral_constant<int, 0>(), x, y, bits ^ solid[(x + 1) * kCorners + y], bits);
-      if (y < kCells) find(std::integral_constant<int, 1>(), x, y, bits ^ solid[x * kCorners + y + 1], bits);
-      find(std::integral_constant<int, 2>(), x, y, (bits ^ bits >> 1) & 0xffff, bits);
+      if (x < kCells) find(0, x, y, bits ^ solid[(x + 1) * kCorners + y], bits);
+      if (y < kCells) find(1, x, y, bits ^ solid[x * kCorners + y + 1], bits);
+      find(2, x, y, (bits ^ bits >> 1) & 0xffff, bits);
     }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto first = static_cast<std::size_t>(axis * kMostEdges), end = static_cast<std::size_t>(next[axis]);
+    cross_edges(brick->distance.data(), kStride, axis, {grid_edges.data() + first, grid_edges.data() + end},
+                crossings.data() + first);
   }
 }
 
@@ -440,6 +417,7 @@ void Contourer::Scratch::find_patches(bool merging) {
         cells.push_back({glm::u8vec3(at), static_cast<std::uint16_t>(shape), static_cast<std::uint16_t>(first)});
         patches.resize(first + cell.patches);
         const glm::vec3 centre = glm::vec3(at) + 0.5f;
+        const Tissue tissue = only != Tissue::kAir ? only : tissue_around(*brick, at);
         for (int p = 0; p < cell.patches; ++p) {
           const auto sum_up = [&](auto sums) {
             for (int i = 0; i < cell.edges; ++i) {
@@ -448,6 +426,7 @@ void Contourer::Scratch::find_patches(bool merging) {
             }
             return sums;
           };
+          patches[first + static_cast<std::size_t>(p)].tissue = tissue;
           CrossingSums& sums = patches[first + static_cast<std::size_t>(p)].sums;
           if (merging) {
             sums = moments[0].emplace_back(sum_up(Moments())).sums();
@@ -455,30 +434,45 @@ void Contourer::Scratch::find_patches(bool merging) {
             sums = sum_up(CrossingSums());
           }
         }
-        for (std::size_t p = first; p < patches.size(); ++p) {
-          Node& patch = patches[p];
-          patch.tissue = only != Tissue::kAir ? only : tissue_around(*brick, at);
-          const glm::vec3 mean = patch.sums.normals() / patch.sums.count();
-          if (1 - glm::dot(mean, mean) < kSmoothSpread) continue;
-          const float length = glm::length(mean);
-          glm::vec3 normals[12];
-          int count = 0;
-          for (int i = 0; i < cell.edges; ++i) {
-            const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
-            if (cell.patch[e] != p - first) continue;
-            const float* n = crossing_of(at, e).normal;
-            normals[count] = {n[0], n[1], n[2]};
-            patch.crease |= glm::dot(normals[count++], mean) < kCreaseCosine * length;
-          }
-          patch.gentle = patch.crease;
-          for (int i = 1; i < count && patch.gentle; ++i) {
-            for (int j = 0; j < i; ++j) patch.gentle &= glm::dot(normals[i], normals[j]) > kGentleCosine;
-          }
-        }
         const int index = BrickContour::cell_index(x, y, z);
         state[0][static_cast<std::size_t>(index)] =
             shape < 256 && shapes.simple(shape) ? static_cast<std::uint16_t>(first) : kMixed;
         blocks[0].push_back(static_cast<std::uint16_t>(index));
+      }
+    }
+  }
+}
+
+// Finds the patches that contain a crease. Most patches contain none, because their normals are nearly equal.
+void Contourer::Scratch::find_creases() {
+  std::vector<Node>& patches = nodes[0];
+  std::size_t cell_index = 0;
+  for (std::size_t first = 0; first < patches.size(); first += 8) {
+    const std::size_t count = std::min<std::size_t>(8, patches.size() - first);
+    const CrossingSums* sums[8];
+    for (std::size_t i = 0; i < 8; ++i) sums[i] = &patches[first + std::min(i, count - 1)].sums;
+    unsigned spread = spread_of_normals(sums, kSmoothSpread) & ((1u << count) - 1);
+    for (; spread; spread &= spread - 1) {
+      const std::size_t p = first + static_cast<std::size_t>(std::countr_zero(spread));
+      while (cell_index + 1 < cells.size() && cells[cell_index + 1].first <= p) ++cell_index;
+      const Cell& cell = cells[cell_index];
+      const CellShape& shape = shapes[cell.shape];
+      Node& patch = patches[p];
+      const glm::vec3 mean = patch.sums.normals() / patch.sums.count();
+      const float length = glm::length(mean);
+      glm::vec3 normals[12];
+      int normal_count = 0;
+      for (int i = 0; i < shape.edges; ++i) {
+        const std::uint8_t e = shape.edge[static_cast<std::size_t>(i)];
+        if (shape.patch[e] != p - cell.first) continue;
+        const float* n = crossing_of(glm::ivec3(cell.at), e).normal;
+        glm::vec3& normal = normals[normal_count++];
+        normal = {n[0], n[1], n[2]};
+        patch.crease |= glm::dot(normal, mean) < kCreaseCosine * length;
+      }
+      patch.gentle = patch.crease;
+      for (int i = 1; i < normal_count && patch.gentle; ++i) {
+        for (int j = 0; j < i; ++j) patch.gentle &= glm::dot(normals[i], normals[j]) > kGentleCosine;
       }
     }
   }
@@ -590,13 +584,13 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
   vertices.clear();
-  auto place = [&](const Node& node, const glm::vec3& position) {
+  smooth.clear();
+  const auto add = [&](const Node& node) -> ContourVertex& {
     ContourVertex& vertex = vertices.emplace_back();
-    vertex.position = origin + position;
-    vertex.normal = unit_or_up(node.sums.normals());
     vertex.crease = node.crease;
     vertex.gentle = node.gentle;
     vertex.tissue[0] = vertex.tissue[1] = node.tissue;
+    return vertex;
   };
   out.cells.reserve(cells.size());
   for (const Cell& cell : cells) {
@@ -618,22 +612,50 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     if (block) {
       if (block->vertex == kNone) {
         block->vertex = static_cast<std::uint16_t>(vertices.size());
-        place(*block, block->position);
+        ContourVertex& vertex = add(*block);
+        vertex.position = origin + block->position;
+        vertex.normal = unit_normal(block->sums);
       }
       out.cells.push_back({block->vertex, cell.shape});
       continue;
     }
     out.cells.push_back({static_cast<std::uint16_t>(vertices.size()), cell.shape});
-    const glm::vec3 centre = glm::vec3(at) + 0.5f;
     for (int p = 0; p < shapes[cell.shape].patches; ++p) {
-      const Node& patch = nodes[0][static_cast<std::size_t>(cell.first + p)];
-      const glm::vec3 position =
-          centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1) : smooth_vertex(patch.sums, 1));
-      place(patch, position);
-      if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, vertices.back(), position);
+      const auto number = static_cast<std::uint16_t>(cell.first + p);
+      const Node& patch = nodes[0][number];
+      ContourVertex& vertex = add(patch);
+      if (!patch.crease) {
+        smooth.push_back({number, static_cast<std::uint16_t>(vertices.size() - 1), cell.at});
+        continue;
+      }
+      const glm::vec3 centre = glm::vec3(at) + 0.5f, position = centre + crease_vertex(planes_of(cell, p, centre), 1);
+      vertex.position = origin + position;
+      vertex.normal = unit_normal(patch.sums);
+      if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, vertex, position);
     }
   }
+  place_smooth_vertices(origin);
   out.vertices.assign(vertices.begin(), vertices.end());
+}
+
+// Computes the positions and normals of the vertices in `smooth`, eight at a time.
+void Contourer::Scratch::place_smooth_vertices(const glm::vec3& origin) {
+  for (std::size_t first = 0; first < smooth.size(); first += 8) {
+    const std::size_t count = std::min<std::size_t>(8, smooth.size() - first);
+    const CrossingSums* sums[8];
+    for (std::size_t i = 0; i < 8; ++i) sums[i] = &nodes[0][smooth[first + std::min(i, count - 1)].patch].sums;
+    SmoothVertices eight;
+    smooth_vertices(sums, eight);
+    for (std::size_t i = 0; i < count; ++i) {
+      const SmoothVertex& from = smooth[first + i];
+      ContourVertex& vertex = vertices[from.vertex];
+      const glm::vec3 centre = glm::vec3(from.cell) + 0.5f;
+      const glm::vec3 position = centre + glm::vec3(eight.position[0][i], eight.position[1][i], eight.position[2][i]);
+      vertex.position = origin + position;
+      vertex.normal = {eight.normal[0][i], eight.normal[1][i], eight.normal[2][i]};
+      if (nodes[0][from.patch].tissue == Tissue::kAir) mix_tissues(*brick, glm::ivec3(from.cell), vertex, position);
+    }
+  }
 }
 
 }  // namespace typodont::surface

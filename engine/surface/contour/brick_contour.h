@@ -16,8 +16,8 @@ namespace typodont::surface {
 struct ContourVertex {
   glm::vec3 position{0};  // voxels, position of the vertex in the voxel frame
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
-  Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
+  Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
   // true if the vertex is on a crease and all normals in its cell differ from each other by less than 64°; a small
   // triangle on such a crease is shaded with the mean normal

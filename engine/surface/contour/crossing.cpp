@@ -1,6 +1,11 @@
 #include "engine/surface/contour/crossing.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "engine/base/dispatch.h"
+#include "engine/surface/contour/eight.h"
 
 namespace typodont::surface {
 namespace {
@@ -139,6 +144,150 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const float length = std::sqrt(g.a * g.a + g.b * g.b + g.c * g.c);
   if (!(length > 1e-6f)) return {t, slope > 0 ? 1.f : -1.f, 0, 0, 0};
   return {t, g.a / length, g.b / length, g.c / length, curvature};
+}
+
+namespace {
+
+constexpr unsigned kAllLanes = 0xff;
+
+// Gradients of eight edges, and by how much the squares of their lengths differ from 1 (Gradient::excess).
+struct Gradients {
+  Eight a, b, c, excess;
+};
+
+TYPODONT_INLINE Eight excess_of(Eight a, Eight b, Eight c) {
+  return absolute(a * a - 1 + b * b + c * c);
+}
+
+TYPODONT_INLINE void take_if(EightInts condition, const Gradients& other, Gradients& g) {
+  g.a = condition ? other.a : g.a, g.b = condition ? other.b : g.b, g.c = condition ? other.c : g.c;
+  g.excess = condition ? other.excess : g.excess;
+}
+
+// The gradients of OneSided, for eight edges.
+struct OneSidedGradients {
+  Gradients pair[4];
+
+  TYPODONT_INLINE OneSidedGradients(Eight f, Eight slope, Eight lower_b, Eight upper_b, Eight lower_c, Eight upper_c) {
+    const Eight b[2] = {upper_b - f, f - lower_b}, c[2] = {upper_c - f, f - lower_c};
+    for (int i = 0; i < 4; ++i) pair[i] = {slope, b[i & 1], c[i >> 1], excess_of(slope, b[i & 1], c[i >> 1])};
+  }
+  TYPODONT_INLINE EightInts unit() const {
+    return (pair[0].excess < kUnit) | (pair[1].excess < kUnit) | (pair[2].excess < kUnit) | (pair[3].excess < kUnit);
+  }
+  TYPODONT_INLINE Gradients best() const {
+    Gradients best = pair[0];
+    for (int i = 1; i < 4; ++i) take_if(pair[i].excess < best.excess, pair[i], best);
+    return best;
+  }
+};
+
+struct LocalCrossings {
+  Eight t, na, nb, nc, curvature;
+};
+
+// Does the same as same_plane() for eight edges: returns the edges whose samples lie on one plane, and sets their
+// gradients in `out`.
+TYPODONT_INLINE EightInts same_planes(const OneSidedGradients& p, const OneSidedGradients& q, Gradients& out) {
+  Eight least = Eight{} + 2 * kSame * kSame;
+  EightInts found{};
+  for (int i = 0; i < 4; ++i) {
+    const Gradients& g = p.pair[i];
+    for (int j = 0; j < 4; ++j) {
+      const Gradients& h = q.pair[j];
+      const Eight off = (g.b - h.b) * (g.b - h.b) + (g.c - h.c) * (g.c - h.c);
+      const EightInts take = (g.excess < kUnit) & (h.excess < kUnit) & (off < least);
+      least = take ? off : least;
+      take_if(take, g, out);
+      found |= take;
+    }
+  }
+  return found;
+}
+
+// Computes eight crossings as cross_edge() does. Returns one bit for each crossing that it cannot compute, because the
+// crossing is near a crease.
+TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int c, LocalCrossings& out) {
+  const auto load = [at](int offset) __attribute__((always_inline)) {
+    return Eight{at[0][offset], at[1][offset], at[2][offset], at[3][offset],
+                 at[4][offset], at[5][offset], at[6][offset], at[7][offset]};
+  };
+  const Eight before = load(-a), f0 = load(0), f1 = load(a), after = load(2 * a);
+  const Eight lower_b0 = load(-b), upper_b0 = load(b), lower_c0 = load(-c), upper_c0 = load(c);
+  const Eight lower_b1 = load(a - b), upper_b1 = load(a + b), lower_c1 = load(a - c), upper_c1 = load(a + c);
+  const Eight slope = f1 - f0;
+  const Eight bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
+  const Eight b0 = upper_b0 + lower_b0 - 2 * f0, c0 = upper_c0 + lower_c0 - 2 * f0;
+  const Eight b1 = upper_b1 + lower_b1 - 2 * f1, c1 = upper_c1 + lower_c1 - 2 * f1;
+  const OneSidedGradients here(f0, slope, lower_b0, upper_b0, lower_c0, upper_c0);
+  const OneSidedGradients there(f1, slope, lower_b1, upper_b1, lower_c1, upper_c1);
+  const EightInts bent = (absolute(bend0) > kBent) | (absolute(bend1) > kBent) | (absolute(b0) > kBent) |
+                         (absolute(c0) > kBent) | (absolute(b1) > kBent) | (absolute(c1) > kBent);
+
+  const Eight zero{};
+  const Eight straight = f0 / (f0 - f1);
+  Eight t = straight, curvature = zero;
+  Gradients g, plane{};
+  EightInts flat{};
+  if (const EightInts unit = here.unit() & there.unit(); bits_of(unit) != 0) flat = same_planes(here, there, plane);
+  if (bits_of(flat) != kAllLanes) {
+    const Eight smaller_bend = bend0 * bend1 <= 0 ? zero : absolute(bend0) < absolute(bend1) ? bend0 : bend1;
+    const Eight bend = absolute(bend0 + bend1) > kSlopeJump ? zero : smaller_bend;
+    const Eight steep = slope - 0.5f * bend * (1 - 2 * t);
+    t = absolute(steep) > 0.1f ? limited(t + 0.5f * bend * t * (1 - t) / steep, 0.f, 1.f) : t;
+    g.a = slope - 0.5f * bend * (1 - 2 * t);
+    g.b = 0.5f * ((1 - t) * (upper_b0 - lower_b0) + t * (upper_b1 - lower_b1));
+    g.c = 0.5f * ((1 - t) * (upper_c0 - lower_c0) + t * (upper_c1 - lower_c1));
+    g.excess = excess_of(g.a, g.b, g.c);
+    curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
+    if (const EightInts across = g.excess > kAcross; bits_of(across) != 0) {
+      Gradients better = there.best();
+      const Gradients best_here = here.best();
+      take_if(best_here.excess < better.excess, best_here, better);
+      const EightInts take = across & (3 * better.excess < g.excess);
+      take_if(take, better, g);
+      curvature = take ? zero : curvature;
+    }
+    take_if(flat, plane, g);
+    t = flat ? straight : t;
+    curvature = flat ? zero : curvature;
+  } else {
+    g = plane;
+  }
+  const Eight length = root(g.a * g.a + g.b * g.b + g.c * g.c);
+  const EightInts other = (bent & ~flat) | ~(length > 1e-6f);
+  out = {t, g.a / length, g.b / length, g.c / length, curvature};
+  return bits_of(other);
+}
+
+}  // namespace
+
+TYPODONT_DISPATCH("avx2", "default")
+void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out) {
+  const int b_axis = (axis + 1) % 3, c_axis = (axis + 2) % 3;
+  const int a = stride[axis], b = stride[b_axis], c = stride[c_axis];
+  for (std::size_t first = 0; first < edges.size(); first += 8) {
+    const std::size_t count = std::min<std::size_t>(8, edges.size() - first);
+    const float* at[8];
+    for (std::size_t i = 0; i < 8; ++i) at[i] = field + edges[first + std::min(i, count - 1)].sample;
+    LocalCrossings eight;
+    unsigned other = cross_eight(at, a, b, c, eight);
+    for (; other; other &= other - 1) {
+      const int i = std::countr_zero(other);
+      const LocalCrossing one = cross_edge(at[i], a, b, c);
+      eight.t[i] = one.t, eight.na[i] = one.na, eight.nb[i] = one.nb, eight.nc[i] = one.nc;
+      eight.curvature[i] = one.curvature;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const GridEdge& edge = edges[first + i];
+      Crossing& crossing = out[first + i];
+      crossing.point[0] = edge.x, crossing.point[1] = edge.y, crossing.point[2] = edge.z;
+      crossing.point[axis] += eight.t[i];
+      crossing.normal[axis] = eight.na[i], crossing.normal[b_axis] = eight.nb[i], crossing.normal[c_axis] = eight.nc[i];
+      crossing.curvature = eight.curvature[i];
+      crossing.one = 1;
+    }
+  }
 }
 
 }  // namespace typodont::surface

@@ -2,8 +2,8 @@
 // neighbouring samples.
 #pragma once
 
-#include <cmath>
-#include <glm/glm.hpp>
+#include <cstdint>
+#include <span>
 
 namespace typodont::surface {
 
@@ -28,5 +28,16 @@ struct LocalCrossing {
 /// extrapolated linearly, and the normal is computed on the side on which the gradient has the length 1, as in a
 /// distance field. So plane faces are reproduced exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
+
+/// An edge of the grid that the surface crosses.
+struct GridEdge {
+  std::uint16_t sample;  // index of the sample at the start of the edge
+  std::uint8_t x, y, z;  // coordinates of this sample
+};
+
+/// Computes the crossings of many edges along one axis (0, 1 or 2), eight edges at a time, with the same bits as
+/// cross_edge(). `stride`: strides of the samples of `field` along the three axes. Writes one crossing per edge to
+/// `out`.
+void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out);
 
 }  // namespace typodont::surface

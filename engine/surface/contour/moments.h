@@ -5,12 +5,10 @@
 #include <cstring>
 #include <glm/glm.hpp>
 
+#include "engine/base/vectors.h"
 #include "engine/surface/contour/crossing.h"
 
 namespace typodont::surface {
-
-/// Four floats that the compiler keeps in one register.
-using Four = float __attribute__((vector_size(16)));
 
 /// Sums over crossings (point p, unit normal n, mean curvature H) from which a vertex is computed. Points are relative
 /// to the centre of the cell or block, so that single precision is sufficient.
