@@ -21,13 +21,12 @@ vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, fl
   return color;
 }
 
-const uint kGingiva = 7u, kMucosa = 10u;
+const uint kMucosa = 10u;
 
-/// Returns the mean factor by which soft_surface() (gum.glsl) changes the colour of gum and mucosa. Pictures that are
-/// lit per vertex have no such texture, but get the same mean colour.
+/// Returns the mean factor by which soft_surface() (gum.glsl) changes the colour of mucosa. Pictures that are lit per
+/// vertex have no such texture, but get the same mean colour.
 vec3 mean_texture(uint tissue) {
-  if (kView != 0) return vec3(1.0);
-  return tissue == kGingiva ? vec3(0.99, 0.935, 0.935) : tissue == kMucosa ? vec3(0.99, 0.95, 0.945) : vec3(1.0);
+  return kView == 0 && tissue == kMucosa ? vec3(0.99, 0.95, 0.945) : vec3(1.0);
 }
 
 /// Returns roughness, dry reflectance, wetness and translucency of a surface. Cut enamel is dry and rough, cementum is

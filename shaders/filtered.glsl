@@ -7,8 +7,3 @@ float filtered_width(float width, vec3 n) {
   float variance = 0.15915494 * (dot(dx, dx) + dot(dy, dy));
   return min(width + min(2.0 * variance, 0.18), 1.0);
 }
-/// Same as filtered_width(), but for a roughness; its GGX width is alpha = roughness².
-float filtered_roughness(float rough, vec3 n) {
-  float r2 = rough * rough;
-  return sqrt(sqrt(filtered_width(r2 * r2, n)));
-}

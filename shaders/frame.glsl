@@ -8,6 +8,7 @@ layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2DArray reflection;
 layout(set = 0, binding = 5) uniform sampler3D light_grid;
 layout(set = 0, binding = 6) uniform sampler3D tissue_light;
+layout(set = 0, binding = 7) uniform sampler3D metal_images;
 
 layout(push_constant) uniform Push { ObjectData object; };
 // Index of the eye that is drawn.
@@ -26,4 +27,5 @@ layout(constant_id = 8) const bool kSpot = false;  // true: the border of the la
 // Content of the drawn bricks (BrickKind in passes/bricks.h). The shader is compiled without the code for other
 // content.
 layout(constant_id = 5) const int kHolds = 15;
-const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16;
+const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16,
+          kHoldsMetal = 32;

@@ -1,6 +1,6 @@
 // Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs hash(),
 // noise() and bumped().
-const uint kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
+const uint kGingiva = 7u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
 
 /// Returns fine blood vessels, 0..1: thin bright lines of a noise function.
 float vessels(vec3 p) {
@@ -48,14 +48,15 @@ float fibres(vec3 p, vec3 n) {
   return seen;
 }
 
-/// Changes the colour, the normal of the surface and the normal of the wet film. `p`: m, position in the mesh's frame;
+/// Changes the colour, the normal of the surface and the normal of the wet film. The texture of gum
+/// has a mean factor of 1, so that pictures without textures (light per vertex) have the same mean colour. `p`: m, position in the mesh's frame;
 /// `mobile`: fraction of mucosa in the gum, 0..1.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
   vec3 smooth_normal = n;
   if (matter == kGingiva) {
     // Attached gum is stippled like orange peel. Mucosa is smooth, and vessels are visible in it.
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
-    color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
+    color *= mix(vec3(0.93, 0.83, 0.86), vec3(1.07, 1.17, 1.14), noise(p * 420.0));
     if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
     n = dimpled(smooth_normal, p, 0.5e-3, 0.13 * attached);
     gloss_normal = bumped(n, p, 1.1e-3, 0.06);

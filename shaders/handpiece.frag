@@ -42,7 +42,7 @@ void main() {
     n = normalize(n + seen * (along * (slope.x + slope.y) + groove * (slope.x - slope.y)));
     groove = normalize(groove - n * dot(n, groove));
     float rough = mix(in_look.x, 0.6, in_grip.z * (1.0 - seen));
-    color = handpiece_light(n, v, groove, filtered_roughness(rough, n), vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
+    color = handpiece_light(in_position, n, v, groove, rough, filtered_width(0.0, n), vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
   }
   if (left_out) discard;
   out_color = vec4(tone_map(color), 1.0);

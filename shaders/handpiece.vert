@@ -41,7 +41,7 @@ void main() {
   if (!kPerPixel) {
     vec3 n = normalize(out_normal), v = normalize(frame.eye[VIEW].xyz - out_position);
     vec3 groove = normalize(out_around - n * dot(n, out_around));
-    out_color = handpiece_light(n, v, groove, mix(in_look.x, 0.6, in_grip.z), in_look, in_color);
+    out_color = handpiece_light(out_position, n, v, groove, mix(in_look.x, 0.6, in_grip.z), 0.0, in_look, in_color);
   }
   out_look = in_look;
   out_grip = in_grip;

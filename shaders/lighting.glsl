@@ -35,47 +35,49 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
+const float kShadowScatter = 1.4e-3;  // m, widening of a shadow's edge in wax; same value as in passes/changed.cpp
 const float kToolShadowReach = 25e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round body. `way`: distance along the ray to the lamp; `miss`:
-// distance of the ray from the body's middle; `reach`: longest shadow. The penumbra becomes wider with `way`. A body
+// distance of the ray from the body's middle; `reach`: longest shadow; `scatter`: see shadow_scatter(). The penumbra becomes wider with `way`. A body
 // that is thinner than the penumbra hides only a part of the lamp. A body behind the point casts no shadow.
-float passes(float way, float miss, float radius, float reach) {
-  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
+float passes(float way, float miss, float radius, float reach, float scatter) {
+  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0) + scatter;
   float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
   return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * reach, reach, way));
 }
 
 // Shadow of the tool. The tool is approximated by a ball and a cylinder about its axis.
-float tool_shadow(vec3 p) {
+float tool_shadow(vec3 p, float scatter) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
-  float head = passes(t, length(c - t * l), frame.tool_head.w, kToolShadowReach);
+  float head = passes(t, length(c - t * l), frame.tool_head.w, kToolShadowReach, scatter);
   // Finds the point of the cylinder that is nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
   float way = dot(k, l);
-  return min(head, passes(way, length(k - way * l), frame.tool_end.w, kToolShadowReach));
+  return min(head, passes(way, length(k - way * l), frame.tool_end.w, kToolShadowReach, scatter));
 }
 
 const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round cone (a sphere with changing radius that is swept from a
 // to b).
-float passes_cone(vec3 p, vec4 a, vec4 b) {
+float passes_cone(vec3 p, vec4 a, vec4 b, float scatter) {
   vec3 l = frame.key.xyz, c = a.xyz - p, d = b.xyz - a.xyz;
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * dot(c, l) - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
   float way = dot(k, l);
-  return passes(way, length(k - way * l), mix(a.w, b.w, s), kHandpieceReach);
+  return passes(way, length(k - way * l), mix(a.w, b.w, s), kHandpieceReach, scatter);
 }
 
-float handpiece_shadow(vec3 p) {
+float handpiece_shadow(vec3 p, float scatter) {
   if (!kHandpieceShadow) return 1.0;
-  return passes_cone(p, frame.handpiece[0], frame.handpiece[1]) * passes_cone(p, frame.handpiece[2], frame.handpiece[3]);
+  return passes_cone(p, frame.handpiece[0], frame.handpiece[1], scatter) *
+         passes_cone(p, frame.handpiece[2], frame.handpiece[3], scatter);
 }
 
 // Returns the light of the lamp's rectangular spot: 1 inside, 0 outside, with a soft border.
@@ -131,6 +133,28 @@ vec4 grid_light(vec3 p, vec3 n) { return grid_values(p, n, 0.0); }
 
 /// Returns the light from the direction r that a glossy surface at p mirrors.
 vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, float(kLightDirections)).rgb; }
+
+/// Returns the light from the direction r that metal with the normal n mirrors at p. Same computation as image_at() in
+/// engine/render/light_scene.cpp.
+vec3 metal_image(vec3 p, vec3 n, vec3 r) {
+  vec3 end = frame.light_samples.xyz - 1.0;
+  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
+  // Octahedral map (Engelhardt & Dachsbacher 2008), whose outer nodes lie on the edge of the square.
+  vec3 o = r / (abs(r.x) + abs(r.y) + abs(r.z));
+  vec2 folded = (1.0 - abs(o.yx)) * vec2(o.x < 0.0 ? -1.0 : 1.0, o.y < 0.0 ? -1.0 : 1.0);
+  vec2 at = (0.5 + 0.5 * (o.z < 0.0 ? folded : o.xy)) * float(kImageSide - 1);
+  vec2 low = min(floor(at), float(kImageSide - 2)), f = at - low;
+  // The nodes of the map follow one after the other along the first two axes of the image.
+  vec2 samples = frame.light_samples.zy, first = q.zy + low.yx * samples;
+  vec3 size = vec3(samples * float(kImageSide), frame.light_samples.x);
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < 4; ++i) {
+    vec2 next = vec2(i & 1, i >> 1);
+    vec2 weight = mix(1.0 - f.yx, f.yx, next);
+    sum += weight.x * weight.y * textureLod(metal_images, vec3(first + next * samples, q.x) / size, 0.0).rgb;
+  }
+  return sum;
+}
 
 /// Returns the light that has travelled inside the tissue and leaves it at p. xyz: this light divided by the tissue's
 /// reflectance; w: fraction of it that came directly from the lamp.
@@ -195,10 +219,17 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
   return result;
 }
 
+/// Returns the width (m) by which light that travels inside tissue widens the edge of a tool's shadow: about half a free
+/// path. `known`: in_tissue_grid().
+float shadow_scatter(float translucent, float known) {
+  return kLightGrid ? kShadowScatter * translucent * translucent * known : 0.0;
+}
+
 /// Returns x, y: as tissue_visibility(), with the tool and the border of the lamp's spot; z, w: the factors of the tool
 /// and the spot alone.
-vec4 visibility(vec3 p, vec3 n, float beyond) {
-  vec2 tool = vec2(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n));
+/// `scatter`: see shadow_scatter().
+vec4 visibility(vec3 p, vec3 n, float beyond, float scatter) {
+  vec2 tool = vec2(tool_shadow(p, scatter) * handpiece_shadow(p, scatter) * spot_light(p), tool_occlusion(p, n));
   return vec4(tissue_visibility(p, n, beyond) * tool, tool);
 }
 

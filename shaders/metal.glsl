@@ -13,19 +13,33 @@ vec3 metal_room(vec3 r, float rough) {
 // factor of the room's light; it keeps the bright bands below white, so that they show the shape
 const float kRoomOnMetal = 0.62;
 
-/// Returns the light that metal with fine grooves along the unit vector `groove` reflects. The grooves spread a
-/// reflection perpendicular to their direction, which gives the streak of brushed metal. For the room's reflection, the
-/// normal is bent towards the viewer (Revie 2011). For the lamp, an anisotropic GGX distribution is used (Burley 2012).
-/// `brushed`: 0: isotropic, 1: strongest. `open`: fraction of the room that the metal reflects. In place of the hidden
-/// fraction, it reflects `around`, which contains the lamp's light that nearby surfaces reflect. Where the room is
-/// open, a constant fraction of the lamp's light replaces this light.
-vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo, float open, vec3 around) {
-  vec3 across = cross(n, groove), l = frame.key.xyz;
-  vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
-  vec3 color = albedo * mix(around, kRoomOnMetal * metal_room(reflect(-v, bent), rough), open);
+/// Returns the light that metal with fine grooves along the unit vector `groove` reflects at p. The grooves spread a
+/// reflection perpendicular to their direction, which gives the streak of brushed metal. For the lamp, an anisotropic GGX
+/// distribution is used (Burley 2012). With a grid of light, the reflection is the mean of three directions, which the
+/// grooves spread. Otherwise it is the room's reflection by a normal that is bent towards the viewer (Revie 2011), and a
+/// constant fraction of the lamp's light replaces the light of nearby surfaces. `brushed`: 0: isotropic, 1: strongest;
+/// `widened`: squared width (alpha²) that the change of the normal within a pixel adds; on turned metal, the normal
+/// changes only around the axis; `key`: fraction of the lamp's light that arrives.
+vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rough, float widened, vec3 albedo,
+                   float key) {
+  vec3 across = cross(n, groove), l = frame.key.xyz, around = vec3(0.0);
   float a = max(rough * rough, 0.02), thin = a * (1.0 - 0.6 * brushed), wide = min(a * (1.0 + 4.0 * brushed), 1.0);
+  if (kLightGrid) {
+    for (int i = -1; i <= 1; ++i) {
+      vec3 tilted = normalize(n + 0.9 * float(i) * (wide - thin) * across);
+      around += (i == 0 ? 0.5 : 0.25) * metal_image(p, n, reflect(-v, tilted));
+    }
+  } else {
+    vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
+    around = kRoomOnMetal * metal_room(reflect(-v, bent), rough);
+  }
+  float lamp = lamp_alpha(0.0);
+  thin = sqrt(thin * thin + widened + lamp * lamp);
+  wide = min(sqrt(wide * wide + (1.0 - brushed) * widened + lamp * lamp), 1.0);
   vec3 h = normalize(l + v);
-  float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 0.05);
+  float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 0.05), k = 0.5 * sqrt(thin * wide);
   float x = dot(groove, h) / thin, y = dot(across, h) / wide, z = dot(n, h), d = x * x + y * y + z * z;
-  return color + albedo * frame.key.w * nl * (0.10 * open + 0.25 / (kPi * thin * wide * d * d * max(max(nl, nv), 0.2)));
+  float vis = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+  float image = vis / (kPi * thin * wide * d * d);
+  return albedo * (around + key * frame.key.w * nl * ((kLightGrid ? 0.0 : 0.10) + image));
 }

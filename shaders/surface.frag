@@ -80,7 +80,7 @@ void main() {
     look = mix(look, in_second_look, fraction);
     if (fraction > 0.5) main_tissue = b;
   }
-  vec4 light = kLightPerVertex ? kOpen : visibility(in_position, n, in_lamp.x);
+  vec4 light = kLightPerVertex ? kOpen : visibility(in_position, n, in_lamp.x, shadow_scatter(look.w, in_lamp.z));
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - fraction : fraction;
@@ -104,10 +104,18 @@ void main() {
     out_color = vec4(glow * alpha, alpha);
     return;
   }
+  vec3 mirrored = in_half_way;
+  float metal = 0.0;
+  if (kLightGrid && holds(kHoldsMetal)) {
+    metal = metal_of(look.y);
+    mirrored = mix(mirrored, metal_image(in_position, n, reflect(-v, n)), metal);
+  }
   if (kLightPerVertex) {
     // A highlight that is widened keeps its energy.
     float width = filtered_width(in_lamp.w, n);
-    vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
+    // The colour of metal is 0 here, because metal has no diffuse light.
+    vec3 room = mix(in_room, frame.tissue_color[main_tissue].rgb * mirrored, metal);
+    vec3 gloss = kView == 3 ? vec3(0.0) : room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
     out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
     return;
   }
@@ -143,7 +151,7 @@ void main() {
     vec3 coarse = normalize(in_normal.xyz);
     inside.rgb *= 1.0 + 0.5 * inside.w * dot(n - coarse, frame.key.xyz) / max(dot(coarse, frame.key.xyz), 0.3);
   }
-  vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, in_half_way, inside, in_lamp.z));
+  vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, mirrored, inside, in_lamp.z));
   if (!kLightGrid) lit += color * light.y * in_light.rgb;
   out_color = vec4(with_cursor(tone_map(lit + sheen)), 1.0);
 }

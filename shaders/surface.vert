@@ -92,7 +92,7 @@ void main() {
     if (kLightGrid) out_light.rgb = inside.rgb;
   } else {
     if ((kHolds & kHoldsGum) != 0) out_first.rgb *= mean_texture(tissue_1), out_second.rgb *= mean_texture(tissue_2);
-    vec4 light = visibility(world, n, around.w);
+    vec4 light = visibility(world, n, around.w, shadow_scatter(first.w, known));
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = tissue_1 == tissue_2 ? 0.0 : step(0.5, share);
     out_first_look = surface_look(tissue_1, out_first_look, cut);

@@ -14,7 +14,6 @@ layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
 
 layout(location = 5) in vec3 in_place;
-layout(location = 6) in vec3 in_around;
 
 // Same values as Finish in engine/render/tool_mesh.h.
 const float kBrushed = 1.0, kGrit = 2.0;
@@ -51,8 +50,9 @@ void main() {
   float brushed = abs(in_look.y - kBrushed) < 0.5 ? smoothstep(0.0, 0.3, length(around)) : 0.0;
   vec3 above = in_position + 0.3e-3 * frame.key.xyz;
   vec2 light = kLightPerVertex ? in_light : tissue_visibility(above, normalize(in_normal.xyz), 1.0).xy;
-  float room = kLightGrid ? 0.0 : 1.0;
-  vec3 color = brushed_metal(n, v, groove, brushed, filtered_roughness(in_look.x, n), tint, room, in_around);
-  color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);
+  // With a grid of light, the shadow hides only the lamp, because the grid contains the light of the surfaces nearby.
+  float widened = filtered_width(0.0, n), key = kLightGrid ? light.x : 1.0;
+  vec3 color = brushed_metal(in_position, n, v, groove, brushed, in_look.x, widened, tint, key);
+  if (!kLightGrid) color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);
   out_color = vec4(tone_map(color), 1.0);
 }

@@ -4,6 +4,7 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 
+const float kBrushed = 1.0;  // same value as in Finish (engine/render/tool_mesh.h)
 const vec3 kSteel = vec3(0.56, 0.57, 0.58);  // reflectance of steel, as in tests/reference/tissues.json
 
 layout(location = 0) in vec3 in_position;
@@ -19,7 +20,6 @@ layout(location = 2) out vec4 out_color;
 layout(location = 3) out vec3 out_look;  // x: roughness; y: Finish; z: blur
 layout(location = 4) out vec2 out_light;
 layout(location = 5) out vec3 out_place;  // m, position in the mesh
-layout(location = 6) out vec3 out_around;  // light from the direction of the reflection, if there is a grid of light
 
 void main() {
   // At fast rotation the flutes are blurred into their hull. At slow rotation they are drawn as they turn.
@@ -42,14 +42,14 @@ void main() {
   gl_ClipDistance[0] = dot(frame.clip, vec4(world, 1.0));
   out_position = world;
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
-  // The grooves between the blades are dark. If they are blurred by rotation, they darken the hull slightly.
+  // The grooves between the blades are dark. If they are blurred by rotation, they darken the hull slightly and make it
+  // rougher. Neck and shank are surfaces of revolution, which look the same when they rotate.
+  if (in_look.w == kBrushed) blur = 0.0;
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
   out_color = vec4(kSteel * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), in_look.w, blur);
   out_place = in_hull_position;
-  vec3 r = reflect(normalize(world - frame.eye[VIEW].xyz), out_normal.xyz);
-  out_around = kLightGrid ? mirrored_light(world, r) : vec3(0.0);
   // Tissue casts shadows on the tool. The lookup is displaced towards the lamp, away from the touched surface.
   out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0).xy : vec2(1.0);
 }

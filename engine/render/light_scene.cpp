@@ -28,6 +28,9 @@ constexpr float kLobe = 4;
 // The back of a triangle has no light, so a ray that meets one is left out of a sample's mean. If the rays that are
 // left have less than this fraction of the weight, the rest of this fraction counts as dark.
 constexpr float kLeastSeen = 0.5f;
+constexpr int kImageRays = 384;    // number of rays for the light that metal mirrors at a sample
+constexpr float kImageLobe = 48;   // exponent as kLobe for this light: half its weight is within 10°
+constexpr int kImageStep = 2;      // distance, in grid spacings, of the samples in open space that have this light
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
 // In grid spacings: margin around the box of the points at which the shaders look up a triangle's light. The drawn
@@ -243,6 +246,7 @@ void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshU
       t.color = glm::vec3(color);
       t.film = static_cast<float>(hemispherical_reflectance(looks[static_cast<std::size_t>(outer)]));
       t.free_path = glm::vec3(path);
+      t.metal = looks[static_cast<std::size_t>(outer)].metal > 0.5;
       triangles.push_back(t);
     }
 }
@@ -290,19 +294,60 @@ glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r)
   return glm::vec3(grid_values(grid, p, r, shared::kLightDirections));
 }
 
+glm::vec3 image_direction(const glm::ivec2& node) {
+  const glm::vec2 o = 2.0f * glm::vec2(node) / static_cast<float>(LightGrid::kImageSide - 1) - 1.0f;
+  glm::vec3 d(o, 1 - std::abs(o.x) - std::abs(o.y));
+  if (d.z < 0) {
+    const glm::vec2 folded = 1.0f - glm::abs(glm::vec2(o.y, o.x));
+    d.x = std::copysign(folded.x, o.x), d.y = std::copysign(folded.y, o.y);
+  }
+  return glm::normalize(d);
+}
+
+glm::vec3 image_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r) {
+  const glm::vec3 end(grid.size - 1);
+  const glm::vec3 q =
+      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
+  const glm::vec3 d = r / (std::abs(r.x) + std::abs(r.y) + std::abs(r.z));
+  glm::vec2 o(d);
+  if (d.z < 0) {
+    const glm::vec2 folded = 1.0f - glm::abs(glm::vec2(d.y, d.x));
+    o = {std::copysign(folded.x, d.x), std::copysign(folded.y, d.y)};
+  }
+  constexpr int kLast = LightGrid::kImageSide - 1;
+  const glm::vec2 at = (0.5f + 0.5f * o) * static_cast<float>(kLast);
+  const glm::ivec2 node = glm::min(glm::ivec2(at), kLast - 1);
+  const glm::ivec3 low = glm::min(glm::ivec3(q), glm::max(grid.size - 2, 0)), high = glm::min(low + 1, grid.size - 1);
+  const glm::vec2 f = at - glm::vec2(node);
+  const glm::vec3 g = q - glm::vec3(low);
+  glm::vec3 sum(0);
+  for (int k = 0; k < 32; ++k) {
+    const glm::ivec2 next(k & 1, (k >> 1) & 1);
+    const glm::ivec3 far((k >> 2) & 1, (k >> 3) & 1, k >> 4);
+    const glm::vec2 u = glm::mix(1.0f - f, f, glm::vec2(next));
+    const glm::vec3 w = glm::mix(1.0f - g, g, glm::vec3(far));
+    sum += u.x * u.y * w.x * w.y * w.z * grid.images[grid.image_index(node + next, low + far * (high - low))];
+  }
+  return sum;
+}
+
 struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
   LightGrid empty;  // the grid with its origin, spacing and size, before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions<kRays>();
+  std::array<glm::vec3, kImageRays> image_directions = sphere_directions<kImageRays>();
   struct Sample {
     std::size_t at = 0;  // index of the sample in the grid
     glm::vec3 p{0};      // m, frame W, position from which the sample's rays start
     bool valid = false;  // false if the sample is inside a body
+    bool image = false;  // true if the sample has the light that metal mirrors (LightGrid::images)
   };
   std::vector<Sample> samples;
-  std::vector<std::int32_t> met;    // for each sample and ray: index in `used`, kNothing or kBack
-  std::vector<std::uint32_t> used;  // indices of the triangles that rays met
+  std::vector<std::uint32_t> imaged;        // indices of the samples with Sample::image
+  std::vector<std::int32_t> met;            // for each sample and ray: index in `used`, kNothing or kBack
+  std::vector<std::int32_t> met_by_images;  // likewise for each of `imaged` and each of its kImageRays rays
+  std::vector<std::uint32_t> used;          // indices of the triangles that rays met
 
   Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing)
       : triangles(std::move(given)), tree(triangles) {
@@ -331,7 +376,9 @@ struct LightScene::Impl {
   bool each_part(Use&& use) {
     for (Sample& sample : samples)
       if (!use(&sample.p, sizeof sample.p) || !use(&sample.valid, sizeof sample.valid)) return false;
-    return use(met.data(), met.size() * sizeof met[0]) && use(used.data(), used.size() * sizeof used[0]);
+    return use(met.data(), met.size() * sizeof met[0]) &&
+           use(met_by_images.data(), met_by_images.size() * sizeof met_by_images[0]) &&
+           use(used.data(), used.size() * sizeof used[0]);
   }
   /// Writes the result of cast_rays(). Throws Error.
   void write(const std::filesystem::path& file) {
@@ -345,6 +392,7 @@ struct LightScene::Impl {
       std::size_t count = 0;
       if (!get(&count, sizeof count) || count > triangles.size()) return false;
       met.resize(samples.size() * kRays);
+      met_by_images.resize(imaged.size() * kImageRays);
       used.resize(count);
       return each_part(get);
     });
@@ -358,6 +406,7 @@ struct LightScene::Impl {
   /// point outside the surface, displaced by kBegin grid spacings along the normal. So the box of each triangle is
   /// moved by this distance along the triangle's normal, and the samples around the moved box are needed.
   void find_samples() {
+    constexpr std::uint8_t kWanted = 1, kImage = 2;
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {
       const auto& c = t.corners;
@@ -373,18 +422,26 @@ struct LightScene::Impl {
       const glm::ivec3 last = glm::min(glm::ivec3(glm::ceil(hi)), empty.size - 1);
       for (int x = first.x; x <= last.x; ++x)
         for (int y = first.y; y <= last.y; ++y)
-          for (int z = first.z; z <= last.z; ++z) wanted[empty.index(0, {x, y, z})] = 1;
+          for (int z = first.z; z <= last.z; ++z)
+            wanted[empty.index(0, {x, y, z})] |= t.metal ? kWanted | kImage : kWanted;
     }
     // The tool is drawn in the open space between the bodies, where the light changes slowly. fill() interpolates
     // between these samples.
-    for (int x = 0; x < empty.size.x; x += kOpenStep)
-      for (int y = 0; y < empty.size.y; y += kOpenStep)
-        for (int z = 0; z < empty.size.z; z += kOpenStep) wanted[empty.index(0, {x, y, z})] = 1;
+    const auto mark = [&](int step, std::uint8_t as) {
+      for (int x = 0; x < empty.size.x; x += step)
+        for (int y = 0; y < empty.size.y; y += step)
+          for (int z = 0; z < empty.size.z; z += step) wanted[empty.index(0, {x, y, z})] |= as;
+    };
+    mark(kOpenStep, kWanted);
+    mark(kImageStep, kImage);
     for (int x = 0; x < empty.size.x; ++x)
       for (int y = 0; y < empty.size.y; ++y)
         for (int z = 0; z < empty.size.z; ++z) {
           const std::size_t at = empty.index(0, {x, y, z});
-          if (wanted[at]) samples.push_back({at, place({x, y, z}), true});
+          if (!wanted[at]) continue;
+          const bool image = wanted[at] & kImage;
+          if (image) imaged.push_back(static_cast<std::uint32_t>(samples.size()));
+          samples.push_back({at, place({x, y, z}), true, image});
         }
   }
 
@@ -418,17 +475,31 @@ struct LightScene::Impl {
       }
       sample.valid = backs <= kInside * kRays;
     });
-    // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in `met`.
+    met_by_images.assign(imaged.size() * kImageRays, kBack);
+    in_parallel(imaged.size(), [&](std::size_t i) {
+      const Sample& sample = samples[imaged[i]];
+      for (std::size_t r = 0; sample.valid && r < kImageRays; ++r) {
+        RayTree::Hit hit;
+        const bool meets = tree.cast(sample.p, image_directions[r], hit, false);
+        met_by_images[i * kImageRays + r] = !meets     ? kNothing
+                                            : hit.back ? kBack
+                                                       : static_cast<std::int32_t>(hit.triangle);
+      }
+    });
+    // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in their place.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
-    for (std::size_t i = 0; i < met.size(); ++i) {
-      if (met[i] < 0 || !samples[i / kRays].valid) continue;
-      std::int32_t& n = number[static_cast<std::size_t>(met[i])];
+    const auto renumber = [&](std::int32_t& m) {
+      if (m < 0) return;
+      std::int32_t& n = number[static_cast<std::size_t>(m)];
       if (n == kNothing) {
         n = static_cast<std::int32_t>(used.size());
-        used.push_back(static_cast<std::uint32_t>(met[i]));
+        used.push_back(static_cast<std::uint32_t>(m));
       }
-      met[i] = n;
-    }
+      m = n;
+    };
+    for (std::size_t i = 0; i < met.size(); ++i)
+      if (samples[i / kRays].valid) renumber(met[i]);
+    for (std::int32_t& m : met_by_images) renumber(m);
   }
 
   /// Returns the fraction of the lamp that is visible from p.
@@ -446,34 +517,32 @@ struct LightScene::Impl {
   }
 
   /// A sample without light gets the mean light of its neighbours that have light. This is repeated layer by layer
-  /// until every sample has light.
-  void fill(LightGrid& grid, std::vector<std::uint8_t> known) const {
-    std::vector<glm::ivec3> missing, next;
-    for (int x = 0; x < grid.size.x; ++x)
-      for (int y = 0; y < grid.size.y; ++y)
-        for (int z = 0; z < grid.size.z; ++z)
-          if (!known[grid.index(0, {x, y, z})]) missing.push_back({x, y, z});
+  /// until every sample has light. `mean(i, neighbours)`: gives sample i the mean light of these samples.
+  template <class Mean>
+  void fill(std::vector<std::uint8_t> known, const Mean& mean) const {
+    std::vector<glm::ivec3> missing, next, neighbours;
+    for (int x = 0; x < empty.size.x; ++x)
+      for (int y = 0; y < empty.size.y; ++y)
+        for (int z = 0; z < empty.size.z; ++z)
+          if (!known[empty.index(0, {x, y, z})]) missing.push_back({x, y, z});
     while (!missing.empty()) {
       next.clear();
       std::vector<std::size_t> found;
       for (const glm::ivec3& i : missing) {
-        int count = 0;
-        std::array<glm::vec4, LightGrid::kFaces> sum{};
+        neighbours.clear();
         for (const glm::vec3& face : kFaces) {
           const glm::ivec3 j = i + glm::ivec3(face);
-          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size)) ||
-              !known[grid.index(0, j)])
+          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, empty.size)) ||
+              !known[empty.index(0, j)])
             continue;
-          ++count;
-          for (int f = 0; f < LightGrid::kFaces; ++f) sum[static_cast<std::size_t>(f)] += grid.faces[grid.index(f, j)];
+          neighbours.push_back(j);
         }
-        if (count == 0) {
+        if (neighbours.empty()) {
           next.push_back(i);
           continue;
         }
-        for (int f = 0; f < LightGrid::kFaces; ++f)
-          grid.faces[grid.index(f, i)] = sum[static_cast<std::size_t>(f)] / static_cast<float>(count);
-        found.push_back(grid.index(0, i));
+        mean(i, neighbours);
+        found.push_back(empty.index(0, i));
       }
       if (found.empty()) return;  // no sample has light
       for (const std::size_t at : found) known[at] = 1;
@@ -535,9 +604,69 @@ struct LightScene::Impl {
         for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
           grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kLeastSeen), lamp[s]);
       });
-      fill(grid, known);
+      fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {
+        for (int f = 0; f < LightGrid::kFaces; ++f) {
+          glm::vec4 sum(0);
+          for (const glm::ivec3& j : neighbours) sum += grid.faces[grid.index(f, j)];
+          grid.faces[grid.index(f, i)] = sum / static_cast<float>(neighbours.size());
+        }
+      });
     }
+    mirror(grid, radiance, sources);
     return grid;
+  }
+
+  /// Computes the light that metal mirrors (LightGrid::images). `radiance`: of the triangles in `used`.
+  void mirror(LightGrid& grid, std::span<const glm::vec3> radiance, const LightSources& sources) const {
+    constexpr int kSide = LightGrid::kImageSide;
+    grid.images.assign(grid.samples() * kSide * kSide, glm::vec3(0));
+    // Of each node: the rays near its direction, with their weights.
+    struct Part {
+      std::size_t ray;
+      float weight;
+    };
+    constexpr float kLeastWeight = 0.01f;
+    std::array<std::vector<Part>, kSide * kSide> parts;
+    std::array<glm::vec3, kImageRays> outside;
+    for (std::size_t r = 0; r < kImageRays; ++r) {
+      outside[r] = sources.room(image_directions[r]);
+      for (int n = 0; n < kSide * kSide; ++n) {
+        const float near = glm::dot(image_directions[r], image_direction({n % kSide, n / kSide}));
+        const float weight = std::pow(std::max(near, 0.0f), kImageLobe);
+        if (weight > kLeastWeight) parts[static_cast<std::size_t>(n)].push_back({r, weight});
+      }
+    }
+    std::vector<std::uint8_t> known(grid.samples(), 0);
+    for (const std::uint32_t s : imaged) known[samples[s].at] = samples[s].valid;
+    const auto place_of = [&](std::size_t at) {
+      const auto z = static_cast<std::size_t>(grid.size.z), y = static_cast<std::size_t>(grid.size.y);
+      return glm::ivec3(at / (z * y), at / z % y, at % z);
+    };
+    in_parallel(imaged.size(), [&](std::size_t i) {
+      const Sample& sample = samples[imaged[i]];
+      if (!sample.valid) return;
+      for (int n = 0; n < kSide * kSide; ++n) {
+        glm::vec3 sum(0);
+        float seen = 0, all = 0;
+        for (const Part& part : parts[static_cast<std::size_t>(n)]) {
+          all += part.weight;
+          const std::int32_t m = met_by_images[i * kImageRays + part.ray];
+          if (m == kBack) continue;
+          sum += part.weight * (m == kNothing ? outside[part.ray] : radiance[static_cast<std::size_t>(m)]);
+          seen += part.weight;
+        }
+        grid.images[grid.image_index({n % kSide, n / kSide}, place_of(sample.at))] =
+            sum / std::max(seen, kLeastSeen * all);
+      }
+    });
+    fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {
+      for (int n = 0; n < kSide * kSide; ++n) {
+        const glm::ivec2 node(n % kSide, n / kSide);
+        glm::vec3 sum(0);
+        for (const glm::ivec3& j : neighbours) sum += grid.images[grid.image_index(node, j)];
+        grid.images[grid.image_index(node, i)] = sum / static_cast<float>(neighbours.size());
+      }
+    });
   }
 };
 

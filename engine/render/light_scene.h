@@ -25,6 +25,7 @@ struct LitTriangle {
   float film = 0;  // fraction of the light that the surface or its film of saliva reflects before it reaches the tissue
   std::array<glm::vec3, 3> normals{};  // unit normals of the surface at the corners
   glm::vec3 free_path{0};              // m, mean free path of light in the tissue, for red, green and blue; 0: opaque
+  bool metal = false;
 
   /// Returns the fraction of the light that the triangle reflects.
   glm::vec3 albedo() const { return film + (1 - film) * color; }
@@ -68,5 +69,10 @@ class LightScene {
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
 /// Returns the light from the direction r that a glossy surface at p (m, frame W) mirrors, as in the shaders.
 glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r);
+/// Returns the light from the direction r that metal with the normal n mirrors at p (m, frame W), as in the shaders.
+glm::vec3 image_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r);
+/// Returns the unit direction of a node of LightGrid::images. It is an octahedral map (Engelhardt & Dachsbacher 2008),
+/// whose outer nodes lie on the edge of the square.
+glm::vec3 image_direction(const glm::ivec2& node);
 
 }  // namespace typodont::render

@@ -59,6 +59,7 @@ struct Renderer::Impl {
   TexelStore<FilmTexel> film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
   LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
+  VolumeImage images;    // image of LightGrid::images; without a grid, one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
   std::uint64_t bounds_version = 0;  // version of the bricks (blocks of triangles) for which `bounds` was computed
@@ -107,6 +108,7 @@ struct Renderer::Impl {
     bricks.destroy(device);
     film.destroy(device);
     light.destroy(device);
+    images.destroy(device);
     tissue_light.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear, beyond_film}) vkDestroySampler(device.device, s, nullptr);
@@ -118,7 +120,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(7, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(8, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
@@ -213,25 +215,36 @@ struct Renderer::Impl {
     inputs.fill(device, i, 4, beyond_film, film.image.view);
     inputs.fill(device, i, 5, linear, light.view);
     inputs.fill(device, i, 6, linear, tissue_light.image.view);
+    inputs.fill(device, i, 7, linear, images.view);
+  }
+
+  /// Makes an image and fills it. `texels`: its size; if it is 0, the image has one empty texel. `texel(i)`: returns
+  /// the packed texel i of `count`.
+  template <class Texel>
+  void upload(VolumeImage& image, const glm::ivec3& texels, std::size_t count, const Texel& texel) {
+    image.create(device, count > 0 ? texels : glm::ivec3(1), kLightFormat);
+    if (count == 0) return;
+    gpu::Buffer bytes = gpu::Buffer::create(device, count * sizeof(std::uint64_t), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+    auto* const packed = bytes.mapped<std::uint64_t>();
+    for (std::size_t i = 0; i < count; ++i) packed[i] = texel(i);
+    gpu::run_once(device, [&](VkCommandBuffer commands) {
+      const VkBufferImageCopy whole{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                                    .imageExtent = VolumeImage::extent_of(texels)};
+      image.copy(commands, bytes.buffer, {&whole, 1});
+    });
+    bytes.destroy(device);
   }
 
   void set_light(const LightGrid& grid, const TissueLightGrid& inside) {
     light_grid = grid;
     light_grid.faces.clear();
-    const glm::ivec3 texels = grid.size * glm::ivec3(LightGrid::kFaces, 1, 1);
-    light.create(device, grid.size.x > 0 ? texels : glm::ivec3(1), kLightFormat);
+    light_grid.images.clear();
+    upload(light, grid.size * glm::ivec3(LightGrid::kFaces, 1, 1), grid.faces.size(),
+           [&](std::size_t i) { return glm::packHalf4x16(grid.faces[i]); });
+    upload(images, grid.size * glm::ivec3(1, LightGrid::kImageSide, LightGrid::kImageSide), grid.images.size(),
+           [&](std::size_t i) { return glm::packHalf4x16(glm::vec4(grid.images[i], 0)); });
     tissue_light.set(device, inside, kLightFormat);
     if (grid.size.x == 0) return;
-    gpu::Buffer bytes =
-        gpu::Buffer::create(device, grid.faces.size() * sizeof(std::uint64_t), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
-    auto* const packed = bytes.mapped<std::uint64_t>();
-    for (std::size_t i = 0; i < grid.faces.size(); ++i) packed[i] = glm::packHalf4x16(grid.faces[i]);
-    gpu::run_once(device, [&](VkCommandBuffer commands) {
-      const VkBufferImageCopy whole{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-                                    .imageExtent = VolumeImage::extent_of(texels)};
-      light.copy(commands, bytes.buffer, {&whole, 1});
-    });
-    bytes.destroy(device);
     const CellBox all{glm::ivec3(0), inside.size - 1};
     tissue_light.update([&](std::size_t i) { return glm::packHalf4x16(inside.values[i]); }, {&all, 1});
   }

@@ -120,6 +120,10 @@ struct LightGrid {
   // fraction of the lamp that is visible from the sample. The faces 6 to 11 contain the radiance from the same six
   // directions, as a glossy surface mirrors it: the mean over a narrower lobe.
   std::vector<glm::vec4> faces;
+  // Light as metal mirrors it: the linear radiance from each direction, as the mean over a lobe of about ±10°. The
+  // directions are the nodes of an octahedral map (image_direction() in light_scene.h); see image_index().
+  static constexpr int kImageSide = shared::kImageSide;
+  std::vector<glm::vec3> images;
 
   std::size_t samples() const {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
@@ -128,6 +132,15 @@ struct LightGrid {
     return ((static_cast<std::size_t>(face) * size.x + static_cast<std::size_t>(i.x)) * size.y +
             static_cast<std::size_t>(i.y)) *
                size.z +
+           static_cast<std::size_t>(i.z);
+  }
+  /// Returns the index in `images` of a sample's node. The nodes of a 3-D image are along its y and z axes, because
+  /// devices limit the length of an axis.
+  std::size_t image_index(const glm::ivec2& node, const glm::ivec3& i) const {
+    const auto side = static_cast<std::size_t>(kImageSide), y = static_cast<std::size_t>(size.y),
+               z = static_cast<std::size_t>(size.z);
+    const std::size_t row = (static_cast<std::size_t>(i.x) * side + static_cast<std::size_t>(node.x)) * y;
+    return ((row + static_cast<std::size_t>(i.y)) * side + static_cast<std::size_t>(node.y)) * z +
            static_cast<std::size_t>(i.z);
   }
 };

@@ -19,6 +19,9 @@ const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the
 // Grid of reflected light (LightGrid). kLightDirections: number of directions for which a sample stores light.
 // kLightValues: number of values of a sample, first those for diffuse light, then those for mirrored light.
 const int kLightDirections = 6, kLightValues = 12;
+// Number of nodes along each side of the octahedral map in which a sample stores the light that metal mirrors. So the
+// light of about 17° is one node.
+const int kImageSide = 11;
 
 // Reflectance of tissue under a film of saliva (refractive index 1.33) at normal incidence: kFilmedLeast + kFilmedSlope
 // × the reflectance of the dry tissue. The line fits Fresnel's reflectance of both surfaces of the film, for tissue

@@ -127,6 +127,41 @@ TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
   EXPECT_EQ(light.w, 1) << "the lamp is seen";
 }
 
+TEST(LightScene, MetalMirrorsAWallUpToItsEdge) {
+  constexpr float kLong = 0.4f;
+  std::vector<LitTriangle> all;
+  // The wall faces +x; the floor is metal.
+  add_plate(all, {0, -kLong, 0}, {0, kLong, 0}, {0, kLong, kLong}, {0, -kLong, kLong}, {0.8f, 0, 0});
+  const std::size_t wall = all.size();
+  add_plate(all, {0, -kLong, 0}, {kLong, -kLong, 0}, {kLong, kLong, 0}, {0, kLong, 0}, glm::vec3(0));
+  for (std::size_t i = wall; i < all.size(); ++i) all[i].metal = true;
+  const LightScene scene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3);
+  const render::LightGrid grid = scene.light(lamp_at({1, 0, 1}), 3);
+  const auto mirrored = [&](float angle) {  // rad, from the vertical towards the wall
+    return render::image_at(grid, {4e-3, 4e-3, 0}, kUp, {-std::sin(angle), 0, std::cos(angle)}).x;
+  };
+  const float expected = 0.8f * std::sqrt(0.5f);
+  EXPECT_NEAR(mirrored(1.2f), expected, 0.03f * expected);
+  EXPECT_NEAR(mirrored(0.6f), expected, 0.03f * expected);
+  EXPECT_NEAR(mirrored(0), 0.5f * expected, 0.15f * expected);
+  EXPECT_NEAR(mirrored(-0.6f), 0, 0.03f * expected);
+}
+
+TEST(LightScene, ImagesAreContinuousInAllDirections) {
+  render::LightGrid grid{.origin = dvec3(0), .spacing = 1, .size = glm::ivec3(2), .faces = {}, .images = {}};
+  constexpr int kSide = render::LightGrid::kImageSide;
+  grid.images.resize(grid.samples() * kSide * kSide);
+  for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kSide; ++y)
+      for (int i = 0; i < 8; ++i)
+        grid.images[grid.image_index({x, y}, {i & 1, (i >> 1) & 1, i >> 2})] = render::image_direction({x, y});
+  for (int i = 0; i < 2000; ++i) {
+    const float z = 1 - (2 * static_cast<float>(i) + 1) / 2000, a = 2.4f * static_cast<float>(i);
+    const glm::vec3 r(std::sqrt(1 - z * z) * std::cos(a), std::sqrt(1 - z * z) * std::sin(a), z);
+    EXPECT_LT(glm::length(render::image_at(grid, dvec3(0.3, 0.6, 0.5), kUp, r) - r), 0.06f) << r.x << " " << r.z;
+  }
+}
+
 TEST(LightScene, TheLampIsNotSeenUnderARoof) {
   std::vector<LitTriangle> all;
   add_box(all, {-20e-3f, -20e-3f, -2e-3f}, {20e-3f, 20e-3f, 0}, glm::vec3(0.5f));
@@ -159,7 +194,7 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     const render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
     stage.draw(frame);
     const render::Picture plain = stage.eye(0);
-    render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}};
+    render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}, .images = {}};
     red.faces.assign(render::LightGrid::kFaces * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
     render::TissueLightGrid inside{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .values = {}};
     inside.values.assign(red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 0));

@@ -67,6 +67,7 @@ BrickKind kind_of(const MeshUpdate& u) {
   bool gum = true, enamel = true, sound = true;
   for (const Vertex& v : u.vertices)
     for (const Tissue t : v.tissue) {
+      if (t == Tissue::kAmalgam) return BrickKind::kMetal;
       const bool soft = t == Tissue::kGingiva || t >= kMucosa;
       gum = gum && soft && v.tissue[0] == v.tissue[1];
       enamel = enamel && t == Tissue::kEnamel;

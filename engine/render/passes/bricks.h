@@ -25,11 +25,11 @@ static_assert(sizeof(GpuVertex) == 24);
 inline constexpr float kDifferenceRange = 2e-3f;  // m, limit to which |Vertex::difference| is clamped when it is stored
 
 /// Content of a brick (block of triangles); it selects the shader for its pixels.
-enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
-inline constexpr std::size_t kBrickKinds = 5;
+enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided, kMetal };
+inline constexpr std::size_t kBrickKinds = 6;
 /// Returns the shader constant kHolds for a kind of brick: one bit for each kind of content (frame.glsl).
 constexpr std::uint32_t holds(BrickKind kind) {
-  constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
+  constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31, 47};
   return kBits[static_cast<std::size_t>(kind)];
 }
 

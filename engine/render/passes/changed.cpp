@@ -115,6 +115,9 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   return glm::length(p + s * d);
 }
 
+// m, largest width by which light inside tissue widens the edge of a tool's shadow, as in lighting.glsl
+constexpr float kShadowScatter = 1.4e-3f;
+
 /// Returns true if the handpiece may shade a surface inside this ball by its shadow.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
   constexpr float kHandpieceReach = 40e-3f;  // m, longest shadow of a handpiece, as in lighting.glsl
@@ -128,7 +131,7 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
                       to = glm::vec3(glm::mix(a, b, static_cast<float>(k + 1) / kPieces)) - center;
       const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
       if (way <= 0 || std::min(f, t) - radius > kHandpieceReach) continue;
-      const float soft = 0.08e-3f + data.lamp.x * way;
+      const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
       if (distance_to_segment(from - f * l, to - t * l) - radius < std::max(a.w, b.w) + soft) return true;
     }
   }
@@ -147,8 +150,8 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
   // A quick test comes first. Most objects are so far from the tool that neither its shadow nor its occlusion reaches
   // them.
-  const float most =
-      std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
+  const float most = std::max(
+      kToolReach, kToolShadowReach + thick + 0.08e-3f + kShadowScatter + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
   const float along = glm::clamp(glm::dot(center - a, axis) / std::max(glm::dot(axis, axis), 1e-14f), 0.0f, 1.0f);
   if (glm::length(a + along * axis - center) - radius > most) return false;
@@ -158,7 +161,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
     if (distance_to_segment(from, to) - radius < kToolReach) return true;
     const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
     if (way <= 0 || std::min(f, t) - radius > kToolShadowReach) continue;
-    const float soft = 0.08e-3f + data.lamp.x * way;
+    const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
     if (distance_to_segment(from - f * l, to - t * l) - radius < thick + soft) return true;
   }
   return false;
