@@ -132,9 +132,10 @@ dvec3 Carver::snapshot_center(const ServoTick& tick) const {
   return snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel_, kLeadTime * velocity_W_);
 }
 
-void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number) {
+void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number, std::uint32_t held) {
   snapshots_ = number > 0 ? number : snapshots_ + 1;
   snapshot.number = snapshots_;
+  snapshot.from = 0;
   snapshot.cuts = cuts_;
   snapshot.edits = edits_in_snapshot_ = edits_;
   snapshot.edited_at = edited_at_;
@@ -142,7 +143,7 @@ void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint3
   snapshot.pieces = pieces_in_snapshot_ = piece_count_;
   snapshot.loose = loose_volume_;
   snapshot.center_W = center_W;
-  body_->cut_out(snapshot);
+  body_->cut_out(snapshot, held);
   center_W_ = snapshot.center_W;
 }
 

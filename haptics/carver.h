@@ -55,11 +55,12 @@ class Carver {
   /// direction of the tool's motion if TissueBody::leads() is true.
   dvec3 snapshot_center(const ServoTick& tick) const;
   /// Fills a snapshot with the tissue around `center_W`. `number`: number of the snapshot; 0: the next number is used.
-  /// A replay passes the recorded number, because the live servo may have skipped some numbers.
-  void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0);
-  /// Updates the newest snapshot to the present tissue. Copies only the samples that were written since the call of
-  /// remember_writes(). If the tissue was edited (undo or redo), returns false and changes nothing; a new snapshot is
-  /// then due.
+  /// A replay passes the recorded number, because the live servo may have skipped some numbers. `held`: number of the
+  /// snapshot that the servo will hold when it adopts this one. If it is the number of the last snapshot, the new one
+  /// may be a step from it (Snapshot::from), which is faster to copy. 0: the new snapshot is complete.
+  void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0, std::uint32_t held = 0);
+  /// Updates the newest snapshot to the present tissue; it is then complete. If the tissue was edited (undo or redo),
+  /// returns false and changes nothing; a new snapshot is then due.
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 

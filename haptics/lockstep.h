@@ -32,7 +32,7 @@ class LockStep {
   void apply_cuts(std::uint64_t through);
   /// Lets the carver (owner of the tissue) take a snapshot of the tissue around `center_W` (m).
   void take_snapshot(const dvec3& center_W, std::uint32_t number = 0) {
-    carver_.take_snapshot(center_W, *spare_, number);
+    carver_.take_snapshot(center_W, *spare_, number, servo_.snapshot().number);
   }
   /// Lets the servo begin to use the snapshot that the carver took.
   void adopt_snapshot();

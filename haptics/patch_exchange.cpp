@@ -13,8 +13,10 @@ constexpr Nanos kPatience = 5'000'000;
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
   way_.take_returned();
   Snapshot& fresh = *way_.back();
-  carver.take_snapshot(center_W, fresh);
+  // As long as another patch is offered, it is not known from which patch the servo would make a step.
+  carver.take_snapshot(center_W, fresh, 0, offered_ == 0 ? held_ : 0);
   offered_ = fresh.number;
+  offered_step_ = fresh.from != 0;
   offered_cuts_ = fresh.cuts;
   offered_tissue_ = tissue_of(fresh);
   way_.publish();
@@ -25,11 +27,12 @@ bool PatchExchange::keep_up(Carver& carver, std::uint32_t held) {
   if (offered_ == 0) return false;
   if (held == offered_) {
     held_tissue_ = offered_tissue_;
+    held_ = offered_;
     offered_ = 0;
     carver.remember_writes(false);
     return false;
   }
-  if (offered_tissue_ == held_tissue_ && carver.cuts() > offered_cuts_ && way_.take_back()) {
+  if (!offered_step_ && offered_tissue_ == held_tissue_ && carver.cuts() > offered_cuts_ && way_.take_back()) {
     if (carver.bring_up_to_date(*way_.back())) offered_cuts_ = carver.cuts();
     way_.publish();
   }
@@ -41,7 +44,8 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
   adopted_ = false;
   while (way_.fetch()) {
     Snapshot& fresh = *way_.front();
-    const bool complete = held.number == 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held);
+    const bool complete =
+        held.number == 0 || fresh.from != 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held);
     if (waiting_since_ == 0) waiting_since_ = t;
     if (complete || t - waiting_since_ >= kPatience) {
       waiting_since_ = 0;

@@ -1,6 +1,8 @@
 // Passes patches (copies of the tissue around the tool) from the carver to the servo. While the carver copies a patch,
 // the servo continues to cut. The new patch lacks these cuts, and the servo would have to repeat all of them in one
 // tick. Therefore the servo leaves the patch in the channel for a few milliseconds, while the carver adds these cuts.
+// But most patches are steps from the servo's patch (patch_step.h). In these, the servo keeps its samples with all its
+// cuts, so it adopts them at once.
 #pragma once
 
 #include <memory>
@@ -18,7 +20,8 @@ class PatchExchange {
   explicit PatchExchange(const Carver& carver) : way_([&] { return carver.make_snapshot(); }) {}
 
   // Functions for the carver thread.
-  /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo.
+  /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo. If the servo holds the patch that was
+  /// offered last, the new patch may be a step from it (Snapshot::from), which needs less copying.
   void offer(Carver& carver, const dvec3& center_W);
   /// Adds the missing cuts to the patch (copy of the tissue) that is offered to the servo. `held`: number of the patch
   /// that the servo uses (ServoTick::patch). Returns false if no patch is offered. While it returns true, the carver
@@ -46,6 +49,8 @@ class PatchExchange {
   // The next members are used by the carver thread.
   // number of the patch (copy of the tissue) that is offered to the servo; 0: none
   alignas(64) std::uint32_t offered_ = 0;
+  bool offered_step_ = false;  // true: the offered patch is a step, to which no cuts must be added
+  std::uint32_t held_ = 0;     // number of the patch that the servo holds, if no other patch is offered
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
   // The next members are used by the servo thread.

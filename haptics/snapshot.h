@@ -13,7 +13,10 @@ namespace typodont::haptics {
 /// patch of a field, a list of spheres …). The carver writes a snapshot; after ContactModel::adopt() it belongs to the
 /// servo. Buffers get their size once, at set-up.
 struct Snapshot {
-  std::uint32_t number = 0;     // number of the snapshot, counted from 1; 0: no snapshot has been taken yet
+  std::uint32_t number = 0;  // number of the snapshot, counted from 1; 0: no snapshot has been taken yet
+  // 0: the snapshot is complete; otherwise the number of the snapshot from which it is a step: it contains only the
+  // tissue that the servo's snapshot with this number lacks, and the servo can adopt it only instead of this snapshot
+  std::uint32_t from = 0;
   std::uint64_t cuts = 0;       // index of the last cut that the snapshot contains
   std::uint32_t edits = 0;      // number of undo and redo steps made before the snapshot was taken
   std::uint64_t edited_at = 0;  // index of the last cut before the newest undo or redo step

@@ -1,5 +1,6 @@
 // The patch: the dense copy of the tissue around the tool, in which the servo computes contact and cuts. The carver
-// (owner of the tissue) fills it; then it belongs to the servo.
+// (owner of the tissue) fills it; then it belongs to the servo. When the patch then moves, the carver passes only the
+// samples that come in (patch_step.h).
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,14 @@
 #include "engine/contract/field_brick.h"
 #include "haptics/hardness.h"
 #include "haptics/label.h"
+#include "haptics/patch_step.h"
 #include "haptics/sliding_buffer.h"
 #include "haptics/snapshot.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
 
-/// A cube of n³ samples of distance (voxels) and label; z runs fastest. The carver reuses patches that the servo
-/// returns: it moves the patch, keeps the samples that stay inside, and copies only new and changed samples.
+/// A cube of n³ samples of distance (voxels) and label; z runs fastest.
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
@@ -39,11 +40,14 @@ struct SurfacePatch : Snapshot {
   // larger voxels.
   std::vector<SurfacePatch> coarse_levels;
   int every = 1;
-  // The following members tell which samples the carver must copy again when it reuses the patch. copied_at: state of
-  // the tissue when the patch was copied last (TissueVolume::mark(); 0: copy all samples). written_lo, written_hi:
-  // corners (inclusive) of the box of voxels that the servo has written since then.
+  // The carver reuses a patch that the servo returns: it moves the patch, keeps the samples that stay inside, and copies
+  // only new and changed samples. copied_at: state of the tissue when the patch was copied last (TissueVolume::mark();
+  // 0: copy all samples). written_lo, written_hi: corners (inclusive) of the box of samples that the servo has written
+  // since then.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
+  // If Snapshot::from is not 0: the samples that come in. The arrays of the samples then have no meaning.
+  PatchStep step;
 
   void resize(int edge) {
     n = edge;

@@ -57,7 +57,9 @@ class TissueBody {
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
   /// Copies the tissue around snapshot.center_W to `snapshot`. The carver itself sets the members of the base class
   /// Snapshot. If the body can only copy around certain points, it changes snapshot.center_W to the nearest one.
-  virtual void cut_out(Snapshot& snapshot) = 0;
+  /// `held`: number of the snapshot that the servo will hold when it adopts this one; 0: unknown. If it is known, the
+  /// body may copy only what that snapshot lacks, and then sets snapshot.from to `held`.
+  virtual void cut_out(Snapshot& snapshot, std::uint32_t held) = 0;
   /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
   /// record.
   virtual void remember_writes(bool wanted) = 0;

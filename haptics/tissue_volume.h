@@ -12,6 +12,7 @@
 #include "haptics/dense_tissue.h"
 #include "haptics/fill.h"
 #include "haptics/hardness.h"
+#include "haptics/patch_step.h"
 #include "haptics/sweep.h"
 #include "haptics/volume/loose_pieces.h"
 
@@ -89,14 +90,13 @@ class TissueVolume {
   /// Returns a number that identifies the present state of the tissue, for written_since(). It is never 0, and
   /// different volumes have different numbers.
   std::uint64_t mark();
-  /// Describes where carve() and fill() have written since a mark (a numbered state of the tissue).
-  struct Written {
-    std::vector<glm::ivec3> blocks;  // keys of the blocks (see solid_block()); a key may occur more than once
-    VoxelBox box;                    // bounding box of all writes, voxels
-  };
-  /// Sets `written` to the writes since `mark`. Returns false if these writes are not known any more, because there
-  /// were too many, or because of an undo or painting.
-  bool written_since(std::uint64_t mark, Written& written) const;
+  /// Sets `written` to the bounding box (voxels) of all writes of carve() and fill() since `mark`. Returns false if
+  /// these writes are not known any more, because the mark is too old, or because of an undo or painting.
+  bool written_since(std::uint64_t mark, VoxelBox& written) const;
+  /// Returns the number of changes so far that the servo does not make in its patch (copy of the tissue) itself. These
+  /// are all changes other than cuts and fillings: undo, redo, the removal of a loose piece, painting, a placed
+  /// implant.
+  std::uint64_t foreign_changes() const;
   /// A box of copied samples: every voxel, or every n-th voxel.
   struct Copied {
     glm::ivec3 lo, size;
@@ -106,8 +106,9 @@ class TissueVolume {
   };
   /// Copies samples as copy_for_patch() does, but only those of `part`, which is inside the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// Copies samples as copy_for_patch() does, but only those of the blocks `keys` that are inside the box.
-  void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
+  /// Appends the leaves of `part` to `step`, with their samples as copy_for_patch() copies them. `part` consists of
+  /// whole leaves (8³ samples), and `step` must have memory for them.
+  void copy_step(const VoxelBox& part, PatchStep& step) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
   /// For a coarse copy, which contains every n-th sample. Returns the box of the coarse samples that may have changed

@@ -19,15 +19,38 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
                            }),
                   "patch"});
-  // Measures a patch (copy of the field around the tool) whose centre has moved by travel() since this patch was last
-  // filled. In a session, a new patch is due after half of this distance. Two patches are used in turn, so each patch
-  // moves by the whole distance.
-  const dvec3 step(scene.carver.body().travel(), 0, 0);
+  // Measures a complete patch (copy of the field around the tool) whose centre has moved by travel() since this patch
+  // was last filled. In a session, a new patch is due after half of this distance. Two complete patches are used in
+  // turn, so each of them moves by the whole distance.
+  const dvec3 travel(scene.carver.body().travel(), 0, 0);
   rows.push_back(
       {"patch cut-out, moved by its travel along x", size, BenchRow::kNone, "",
        batch_ns(21, 4,
-                [&](int k) { scene.carver.take_snapshot(scene.last.X_WG.p + (k % 2 ? 0.0 : 1.0) * step, fresh); }),
+                [&](int k) { scene.carver.take_snapshot(scene.last.X_WG.p + (k % 2 ? 0.0 : 1.0) * travel, fresh); }),
        "patch"});
+  // If the patch is small and moves by one leaf (8³ samples), the carver (owner of the tissue) copies only one layer of
+  // leaves, and the servo adds them to its patch.
+  const auto step = scene.carver.make_snapshot();
+  const double leaf = PatchStep::kSide * scene.settings.frame.voxel;
+  std::vector<double> copied, adopted;
+  const double reading = clock_ns();
+  for (int i = 0; i < 64; ++i) {
+    const dvec3 center = scene.last.X_WG.p + dvec3(i % 2 ? leaf : 0.0, 0, 0);
+    const Nanos start = thread_cpu_time();
+    scene.carver.take_snapshot(center, *step, 0, scene.servo.snapshot().number);
+    const Nanos copy = thread_cpu_time();
+    scene.servo.adopt(*step);
+    const Nanos end = thread_cpu_time();
+    if (step->from == 0) continue;
+    copied.push_back(static_cast<double>(copy - start) - reading);
+    adopted.push_back(static_cast<double>(end - copy) - reading);
+  }
+  if (!copied.empty()) {
+    rows.push_back({"patch step by one leaf along x, copied by the carver", size, BenchRow::kNone, "",
+                    quantile(copied, 0.5), "patch"});
+    rows.push_back({"patch step by one leaf along x, adopted by the servo", size, BenchRow::kNone, "",
+                    quantile(adopted, 0.5), "patch"});
+  }
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, no cut missing", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
@@ -36,8 +59,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.servo.adopt(fresh);
                            }),
                   "patch"});
-  // While the carver (owner of the tissue) copies a patch (field around the tool), the servo makes further cuts. The
-  // new patch lacks them, so the carver adds them to it afterwards, as in a session (PatchExchange).
+  // While the carver (owner of the tissue) copies a complete patch (field around the tool), the servo makes further
+  // cuts. The new patch lacks them, so the carver adds them to it afterwards, as in a session (PatchExchange).
   std::vector<double> kept_up, handed_over;
   const double clock = clock_ns();
   for (int i = 0; i < 9; ++i) {

@@ -71,6 +71,11 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
+  /// Returns true if the cut `index` can only have changed voxels of the box lo..hi (inclusive).
+  bool is_inside(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
+    const Box& box = boxes_[index];
+    return glm::all(glm::greaterThanEqual(box.lo, lo)) && glm::all(glm::lessThanEqual(box.hi, hi));
+  }
   /// Computes the box in which the cuts after `index` may have changed the field, with the corners `lo` and `hi`. If
   /// some of these cuts are no longer stored, the box is the whole patch (copy of the field). Returns false if there is
   /// no cut after `index`. `filled`: true if one of these cuts may be a filling.

@@ -29,6 +29,7 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   }
   if (fresh.n != patch_.n) return;  // never true: both patches got their size at set-up
+  if (fresh.from != 0) return step_to(fresh);
   const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
   const bool first = patch_.number == 0;
   for (std::size_t i = 0; i < fresh.loose.size(); ++i) removed[i] += fresh.loose[i] - patch_.loose[i];
@@ -41,7 +42,28 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     update_coarse(fresh, false);
   }
   std::swap(fresh, patch_);
+  std::swap(fresh.step, patch_.step);  // only the carver's object needs memory for steps
   adopted(strokes_edited, !edited && !first);
+}
+
+/// Moves the patch (copy of the field around the tool) to the place of `fresh`, which is a step from it. The patch
+/// keeps its own samples, which contain all cuts.
+void PatchModel::step_to(SurfacePatch& fresh) noexcept {
+  if (fresh.from != patch_.number) return;  // never true: the caller adopts a step only from the snapshot in use
+  const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
+  glm::ivec3 lo, hi;
+  bool filled = false;
+  const bool late = log_.since(fresh.cuts, lo, hi, filled);
+  if (late) update_coarse(fresh, false);
+  take_step(patch_, fresh);
+  if (late) {
+    mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
+    // A cut at the border of the old patch may extend into the new samples, which lack it.
+    for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
+      if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
+    }
+  }
+  adopted(false, true);
 }
 
 /// Repeats in the new patch (copy of the field around the tool) the cuts that it lacks, if the tissue was edited (undo,

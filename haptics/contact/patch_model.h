@@ -47,6 +47,7 @@ class PatchModel : public ContactModel {
   std::uint64_t cut_count_ = 0;
 
  private:
+  void step_to(SurfacePatch& fresh) noexcept;
   void repeat_cuts(SurfacePatch& fresh, PerTissue& removed) noexcept;
 };
 

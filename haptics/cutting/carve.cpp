@@ -145,10 +145,16 @@ void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_l
       }
     }
   }
-  mark_cut(patch, lo, hi);
+  mark_merged(patch, lo, hi, filled);
   mark_written(patch, lo - kRelabelled, hi + kRelabelled);
-  if (filled) patch.filled_lo = glm::min(patch.filled_lo, lo), patch.filled_hi = glm::max(patch.filled_hi, hi);
   relabel(patch, lo, hi);
+}
+
+void mark_merged(SurfacePatch& patch, const glm::ivec3& box_lo, const glm::ivec3& box_hi, bool filled) noexcept {
+  const glm::ivec3 lo = glm::max(box_lo, patch.lo), hi = glm::min(box_hi, patch.lo + patch.n - 1);
+  if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return;
+  mark_cut(patch, lo, hi);
+  if (filled) patch.filled_lo = glm::min(patch.filled_lo, lo), patch.filled_hi = glm::max(patch.filled_hi, hi);
 }
 
 }  // namespace typodont::haptics

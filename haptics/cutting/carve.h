@@ -62,5 +62,8 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
 /// `old`, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
+/// Marks in `patch` the box lo..hi (voxels, inclusive) of cuts, and if `filled` is true also of fillings, as merge()
+/// does, but changes no sample.
+void mark_merged(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool filled) noexcept;
 
 }  // namespace typodont::haptics

@@ -34,8 +34,6 @@ class LeafFront {
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
     // path length in voxels at which each block of the leaf must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
-    // the last mark (numbered state of the tissue, TissueVolume::mark) after which a write to the leaf was logged
-    std::uint64_t logged = 0;
   };
 
   /// A leaf that must be examined now. `key`: its position in leaves. `due`: path length in voxels at which the leaf

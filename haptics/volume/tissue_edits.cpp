@@ -92,7 +92,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
   if (lo.x > hi.x) return;
   if (!writes.empty()) {
-    VoxelBox& box = writes.back().box;
+    VoxelBox& box = writes.back();
     if (box.empty()) box = {lo, hi};
     box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
   }
@@ -118,16 +118,11 @@ std::uint64_t TissueVolume::Impl::first_mark() {
 void TissueVolume::Impl::forget_writes() {
   writes.clear();
   ++marked;
+  ++foreign_changes;
 }
 
-void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // largest number of blocks in the log of writes between two marks (TissueVolume::mark); copying more blocks would
-  // take as long as copying a whole patch (the servo's copy of the tissue)
-  constexpr std::size_t kMost = 4096;
-  if (writes.empty()) return;
-  std::vector<glm::ivec3>& blocks = writes.back().blocks;
-  if (blocks.empty() || blocks.back() != key) blocks.push_back(key);
-  if (blocks.size() > kMost) forget_writes();
+std::uint64_t TissueVolume::foreign_changes() const {
+  return impl_->foreign_changes;
 }
 
 std::uint64_t TissueVolume::mark() {
@@ -135,27 +130,24 @@ std::uint64_t TissueVolume::mark() {
   // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch (the servo's
   // copy of the tissue) needs one mark, and a session uses fewer patches at the same time
   constexpr std::size_t kMost = 32;
-  const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
-  if (unwritten) return v.marked;
+  if (!v.writes.empty() && v.writes.back().empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
   if (v.writes.size() > kMost) v.writes.pop_front();
   return ++v.marked;
 }
 
-bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
+bool TissueVolume::written_since(std::uint64_t mark, VoxelBox& written) const {
   const Impl& v = *impl_;
-  written.blocks.clear();
-  written.box = {};
+  written = {};
   // Number of marks (numbered states of the tissue) since which the writes are known. The newest of these marks is
   // v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
-    const Written& since = v.writes[i];
-    written.blocks.insert(written.blocks.end(), since.blocks.begin(), since.blocks.end());
-    if (since.box.empty()) continue;
-    if (written.box.empty()) written.box = since.box;
-    written.box = {glm::min(written.box.lo, since.box.lo), glm::max(written.box.hi, since.box.hi)};
+    const VoxelBox& since = v.writes[i];
+    if (since.empty()) continue;
+    if (written.empty()) written = since;
+    written = {glm::min(written.lo, since.lo), glm::max(written.hi, since.hi)};
   }
   return true;
 }
@@ -181,7 +173,6 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
     if (in_stroke)
       StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
           true;
-    log_write(leaf_key(vec(p)));
     accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
   }
 }
@@ -257,10 +248,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
     place.cut = true;
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
-    const glm::ivec3 key = leaf_key(leaf.lo);
-    if (place.logged != v.marked) v.log_write(key);
-    place.logged = v.marked;
-    if (leaf.emptied) carved.blocks.push_back({key, solid_bits(leaf.distance)});
+    if (leaf.emptied) carved.blocks.push_back({leaf_key(leaf.lo), solid_bits(leaf.distance)});
   }
   v.mark_changed(carved.box.lo, carved.box.hi);
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
@@ -287,7 +275,6 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
         if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
         v.leaf_was_cut(*leaf, kept);
         add_to_box(lo, hi, carved.box);
-        v.log_write(key);
         carved.blocks.push_back({key, solid_bits(leaf->buffer().data())});
       }
     }
@@ -338,6 +325,7 @@ class Replacement {
 }  // namespace
 
 VoxelBox TissueVolume::replace(const RasterBlock& block) {
+  ++impl_->foreign_changes;
   return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel))).box;
 }
 
@@ -371,7 +359,6 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
-        v.log_write({x0 / n, y0 / n, z0 / n});
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
@@ -394,6 +381,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
 }
 
 VoxelBox TissueVolume::fill(const PlacedHead& body) {
+  ++impl_->foreign_changes;
   return fill_leaves(body);
 }
 

@@ -120,10 +120,11 @@ struct TissueVolume::Impl {
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
   KeySet filled;  // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
-  // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
-  // `marked`. Empty: the writes before `marked` are unknown.
-  std::deque<TissueVolume::Written> writes;
+  // Bounding boxes (voxels) of the writes after each of the last marks (numbers of states, TissueVolume::mark), oldest
+  // first; the last mark is `marked`. Empty: the writes before `marked` are unknown.
+  std::deque<VoxelBox> writes;
   std::uint64_t marked = first_mark();
+  std::uint64_t foreign_changes = 0;  // see TissueVolume::foreign_changes()
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;    // number of strokes that are in the tissue; later strokes were undone
   bool in_stroke = false;  // true if the last stroke is not complete yet
@@ -141,8 +142,8 @@ struct TissueVolume::Impl {
 
   /// Returns the mark (number of a state) with which the log of a new volume begins. Marks of different volumes differ.
   static std::uint64_t first_mark();
-  /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
-  /// incomplete.
+  /// Discards the log of writes. Must be called at a change of the tissue that is not logged. Such a change also is a
+  /// foreign change (TissueVolume::foreign_changes).
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -150,9 +151,6 @@ struct TissueVolume::Impl {
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
   void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
-  /// Logs that a leaf (8³ voxels) was written to.
-  void log_write(const glm::ivec3& key);
-
   /// Drops copies of leaves (8³ voxels) that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
@@ -163,6 +161,16 @@ struct TissueVolume::Impl {
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
+  /// A leaf (8³ voxels) of both grids, from which samples are copied.
+  struct LeafSource {
+    glm::ivec3 lo;                                      // position of its first voxel
+    const openvdb::FloatTree::LeafNodeType* distances;  // null: all samples have the value `distance`
+    const openvdb::Int32Tree::LeafNodeType* labels;     // null: all samples have the value `label`
+    float distance;
+    std::int32_t label;
+  };
+  /// Returns the leaves of `part`, which consists of whole leaves.
+  std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
   void copy_whole_leaves(const Copied& box, const VoxelBox& part) const;
 
   // A file stores label, hardness and the label before a filling in separate grids (StoredVolume). Saving extracts the

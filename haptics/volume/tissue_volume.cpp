@@ -455,11 +455,13 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
   }
 }
 
-/// Prefetches the values of a leaf. `values` may be null.
-template <class Value>
-void prefetch_leaf(const Value* values) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::SIZE, line = 64 / sizeof(Value);
-  for (int i = 0; values && i < n; i += line) __builtin_prefetch(values + i);
+/// Prefetches the values of a leaf. `leaf` may be null.
+template <class Leaf>
+void prefetch_leaf(const Leaf* leaf) {
+  if (!leaf) return;
+  constexpr int line = 64 / sizeof(typename Leaf::ValueType);
+  const auto* const values = leaf->buffer().data();
+  for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i);
 }
 /// Prefetches the rows of a dense block to which a whole leaf will be copied.
 template <class Out>
@@ -479,20 +481,10 @@ bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
 
 }  // namespace
 
-/// Copies the samples of `part`, for which has_whole_leaves() is true. First finds the leaves, and then copies them, so
-/// that the processor can wait for the memory of several leaves at the same time.
-void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& part) const {
+std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const VoxelBox& part) const {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  struct Source {
-    const float* distances;      // null: all samples of the leaf have the value `distance`
-    const std::int32_t* labels;  // null: all samples of the leaf have the value `label`
-    float distance;
-    std::int32_t label;
-    std::ptrdiff_t to;  // index of the leaf's first sample in the dense block
-  };
-  const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const glm::ivec3 leaves = (part.hi - part.lo + 1) / n;
-  std::vector<Source> sources;
+  std::vector<LeafSource> sources;
   sources.reserve(static_cast<std::size_t>(leaves.x) * leaves.y * leaves.z);
   auto distances = distance->getConstAccessor();
   auto labels = tissue->getConstAccessor();
@@ -500,14 +492,14 @@ void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& pa
     for (int y = part.lo.y; y <= part.hi.y; y += n) {
       for (int z = part.lo.z; z <= part.hi.z; z += n) {
         const openvdb::Coord origin(x, y, z);
-        Source source{nullptr, nullptr, 0, 0, (x - box.lo.x) * stride_x + (y - box.lo.y) * stride_y + (z - box.lo.z)};
-        if (const auto* leaf = distances.probeConstLeaf(origin)) {
-          source.distances = leaf->buffer().data();
+        LeafSource source{{x, y, z}, distances.probeConstLeaf(origin), labels.probeConstLeaf(origin), 0, 0};
+        if (source.distances) {
+          __builtin_prefetch(&source.distances->buffer());
         } else {
           source.distance = distances.getValue(origin);
         }
-        if (const auto* leaf = labels.probeConstLeaf(origin)) {
-          source.labels = leaf->buffer().data();
+        if (source.labels) {
+          __builtin_prefetch(&source.labels->buffer());
         } else {
           source.label = labels.getValue(origin);
         }
@@ -515,33 +507,66 @@ void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& pa
       }
     }
   }
+  return sources;
+}
+
+/// Copies the samples of `part`, for which has_whole_leaves() is true. First finds the leaves, and then copies them, so
+/// that the processor can wait for the memory of several leaves at the same time.
+void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& part) const {
+  const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
+  const auto place = [&](const LeafSource& source) {
+    const glm::ivec3 at = source.lo - box.lo;
+    return at.x * stride_x + at.y * stride_y + at.z;
+  };
+  const std::vector<LeafSource> sources = leaves_in(part);
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    const Source& source = sources[i];
+    const LeafSource& source = sources[i];
     // While the processor copies a leaf, it already loads the next leaf and the rows to which this leaf will be copied.
     // Otherwise it would wait for memory during most of the copying.
     if (i + 1 < sources.size()) {
-      const Source& next = sources[i + 1];
+      const LeafSource& next = sources[i + 1];
       prefetch_leaf(next.distances);
-      prefetch_rows(box.distance + next.to, stride_x, stride_y);
-      prefetch_rows(box.tissue + next.to, stride_x, stride_y);
+      prefetch_rows(box.distance + place(next), stride_x, stride_y);
+      prefetch_rows(box.tissue + place(next), stride_x, stride_y);
       prefetch_leaf(next.labels);
     }
+    const std::ptrdiff_t to = place(source);
     if (source.distances) {
-      copy_distances(source.distances, box.distance + source.to, stride_x, stride_y);
+      copy_distances(source.distances->buffer().data(), box.distance + to, stride_x, stride_y);
     } else {
-      fill_distances(source.distance, box.distance + source.to, stride_x, stride_y);
+      fill_distances(source.distance, box.distance + to, stride_x, stride_y);
     }
     if (source.labels) {
-      copy_labels(source.labels, box.tissue + source.to, stride_x, stride_y);
+      copy_labels(source.labels->buffer().data(), box.tissue + to, stride_x, stride_y);
     } else {
-      fill_leaf(label_in(source.label), box.tissue + source.to, stride_x, stride_y);
+      fill_leaf(label_in(source.label), box.tissue + to, stride_x, stride_y);
     }
     if (!box.hardness) continue;
     if (source.labels) {
-      copy_leaf(source.labels, box.hardness + source.to, stride_x, stride_y, kHardnessKept);
+      copy_leaf(source.labels->buffer().data(), box.hardness + to, stride_x, stride_y, kHardnessKept);
     } else {
-      fill_leaf(hardness_kept_in(source.label), box.hardness + source.to, stride_x, stride_y);
+      fill_leaf(hardness_kept_in(source.label), box.hardness + to, stride_x, stride_y);
     }
+  }
+}
+
+void TissueVolume::copy_step(const VoxelBox& part, PatchStep& step) const {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, stride_y = n, stride_x = n * n;
+  static_assert(n == PatchStep::kSide);
+  const std::vector<Impl::LeafSource> sources = impl_->leaves_in(part);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const Impl::LeafSource& source = sources[i];
+    if (i + 1 < sources.size()) {  // see copy_whole_leaves()
+      prefetch_leaf(sources[i + 1].distances);
+      prefetch_leaf(sources[i + 1].labels);
+    }
+    step.add({source.lo, !source.distances, !source.labels, source.distance, label_in(source.label),
+              hardness_kept_in(source.label)});
+    const PatchStep::Samples to = step.samples(step.size() - 1);
+    if (source.distances) copy_distances(source.distances->buffer().data(), to.distance, stride_x, stride_y);
+    if (!source.labels) continue;
+    copy_labels(source.labels->buffer().data(), to.label, stride_x, stride_y);
+    if (to.hardness) copy_leaf(source.labels->buffer().data(), to.hardness, stride_x, stride_y, kHardnessKept);
   }
 }
 
@@ -574,13 +599,6 @@ void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (box.distance) copy_leaves(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
   if (box.tissue) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
   if (box.hardness) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
-}
-
-void TissueVolume::copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (const glm::ivec3& key : keys) {
-    copy_part(box, common({key * n, key * n + n - 1}, {box.lo, box.lo + box.size - 1}));
-  }
 }
 
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,

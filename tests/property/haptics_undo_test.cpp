@@ -203,6 +203,7 @@ TEST(Undo, MemoryGrowsWithTheChangesOfAStrokeNotWithTheTissue) {
 }
 
 // The servo drills, undoes, and drills again, with patches that arrive late. Its patch must equal the carver's volume.
+// Most patches are steps from the patch before. A patch after an edit is complete.
 TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
   for (int late = 0; late <= 12; late += 4) {
     ServoSettings settings;
@@ -213,7 +214,7 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
     SurfacePatch check;
     check.resize(spare.n);
     std::vector<Cut> waiting;
-    int compared = 0, edits = 0;
+    int compared = 0, edits = 0, steps = 0, complete = 0;
     bool due = true;
     std::uint64_t due_since = 0;
     ServoTick tick;
@@ -233,7 +234,8 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
       }
       if (!due && bench.carver.snapshot_due(bench.last)) due = true, due_since = i;
       if (due && i >= due_since + static_cast<std::uint64_t>(due_since == 0 ? 0 : late)) {
-        bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
+        bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare, 0, bench.patch().number);
+        ++(spare.from != 0 ? steps : complete);
         due = false;
         // The new patch is on its way to the servo, which continues with the old patch for some ticks.
         SurfacePatch crossing = spare;
@@ -255,6 +257,8 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
     }
     EXPECT_EQ(edits, 3);
     EXPECT_GT(compared, 15);
+    EXPECT_GE(steps, 1);
+    EXPECT_GE(complete, 1 + edits);
     EXPECT_GT(bench.carver.cuts(), 100u);
   }
 }

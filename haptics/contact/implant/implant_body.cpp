@@ -53,8 +53,8 @@ void ImplantBody::fill(const Cut& cut) {
   placed_ = true;
 }
 
-void ImplantBody::cut_out(Snapshot& snapshot) {
-  FieldBody::cut_out(snapshot);
+void ImplantBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
+  FieldBody::cut_out(snapshot, held);
   placed_ = false;
 }
 

@@ -19,7 +19,7 @@ class ImplantBody final : public offset::FieldBody {
   /// Adds the tool's head (a placed implant) to the tissue, at the pose of the cut.
   void fill(const Cut& cut) override;
   bool wants_snapshot(Nanos) const override { return placed_; }
-  void cut_out(Snapshot& snapshot) override;
+  void cut_out(Snapshot& snapshot, std::uint32_t held) override;
 
  private:
   bool placed_ = false;  // true if an implant was placed since the last snapshot was taken

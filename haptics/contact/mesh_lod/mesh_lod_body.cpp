@@ -47,7 +47,7 @@ bool MeshLodBody::wants_snapshot(Nanos t) const {
   return first_ && t - *first_ >= LocalParameters::interval;
 }
 
-void MeshLodBody::cut_out(Snapshot& snapshot) {
+void MeshLodBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   auto& out = static_cast<MeshSnapshot&>(snapshot);
   first_.reset();
   out.levels = levels_;

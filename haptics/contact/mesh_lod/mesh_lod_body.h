@@ -39,9 +39,9 @@ class MeshLodBody final : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override { return std::make_unique<MeshSnapshot>(); }
   double travel() const override { return travel_; }
   bool wants_snapshot(Nanos t) const override;
-  void cut_out(Snapshot& snapshot) override;
+  void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool) override {}
-  void bring_up_to_date(Snapshot& snapshot) override { cut_out(snapshot); }
+  void bring_up_to_date(Snapshot& snapshot) override { cut_out(snapshot, 0); }
   TissueVolume& rasterize() override { return solid_->rasterize(); }
   TissueSurface* surface() override { return solid_->surface(); }
   std::uint64_t elements() const override { return solid_->elements(); }

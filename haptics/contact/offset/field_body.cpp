@@ -59,8 +59,21 @@ bool FieldBody::redo() {
   return true;
 }
 
+namespace {
+
+// Largest number of leaves (8³ samples) of a step, all of which the servo copies in one tick. It needs 50 to 100 ns for
+// each, so the step takes at most about as long as the cut of a bur of Ø1.2 mm. The patch of a larger head is always
+// copied completely; the servo adopts it without a copy.
+constexpr std::size_t kMostInStep = 128;
+
+}  // namespace
+
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  return std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, laws_));
+  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, laws_));
+  const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
+  if (laws_ >= kLawsOfAlignedPatches && edge * edge <= kMostInStep)
+    patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMostInStep));
+  return patch;
 }
 
 namespace {
@@ -70,45 +83,30 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
           patch.hardness.empty() ? nullptr : patch.hardness.data()};
 }
 
-}  // namespace
-
-/// Moves a patch (dense copy of the field around the tool) so that its first voxel is `lo`, and updates its samples
-/// from the volume. `known`: false: all samples are copied; true: written_ contains all changes of the volume since the
-/// last copy. In this case only three parts are copied: these changes, the samples that the servo wrote itself, and the
-/// new samples on the sides to which the patch has moved. copy_part(box) copies a box; copy_written() copies the
-/// changes in written_.
-template <class CopyPart, class CopyWritten>
-void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
-                      CopyWritten copy_written) {
-  VoxelBox left{lo, lo + patch.n - 1};  // box of the samples that are not copied yet
-  const VoxelBox stays = common(left, {patch.lo, patch.lo + patch.n - 1});
-  patch.move_to(lo);
-  if (!known || stays.empty()) {
-    copy_part(left);
-  } else {
-    // Copies the slab of new samples on each side of the patch along this axis. `left`: the box of the samples that are
-    // not copied yet; each copied slab makes it smaller.
-    for (int axis = 0; axis < 3; ++axis) {
-      VoxelBox slab = left;
-      slab.hi[axis] = stays.lo[axis] - 1;
-      if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
-      slab = left;
-      slab.lo[axis] = stays.hi[axis] + 1;
-      if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
-      left.lo[axis] = stays.lo[axis], left.hi[axis] = stays.hi[axis];
-    }
-    copy_written();
-    VoxelBox own = common(stays, {patch.written_lo, patch.written_hi});
-    if (!own.empty()) {
-      // If the patch consists of whole leaves, the box is extended to whole leaves, because they are copied faster.
-      const glm::ivec3 bits = patch.lo | glm::ivec3(patch.n);
-      for (int axis = 0; axis < 3 && ((bits.x | bits.y | bits.z) & (Sweep::kLeaf - 1)) == 0; ++axis)
-        own.lo[axis] &= -Sweep::kLeaf, own.hi[axis] |= Sweep::kLeaf - 1;
-      copy_part(own);
-    }
-  }
-  patch.written_lo = glm::ivec3(INT_MAX), patch.written_hi = glm::ivec3(INT_MIN);
+VoxelBox box_of(const SurfacePatch& patch) {
+  return {patch.lo, patch.lo + patch.n - 1};
 }
+
+/// Calls visit(slab) for boxes that together contain those samples of `box` that are not in `known`. If `known` is
+/// empty or does not touch `box`, this is the whole box.
+template <class Visit>
+void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
+  const VoxelBox stays = common(box, known);
+  if (stays.empty()) return visit(box);
+  // Visits the slab on each side of `stays` along this axis. `box`: the samples that were not visited yet; each slab
+  // makes it smaller.
+  for (int axis = 0; axis < 3; ++axis) {
+    VoxelBox slab = box;
+    slab.hi[axis] = stays.lo[axis] - 1;
+    if (slab.lo[axis] <= slab.hi[axis]) visit(slab);
+    slab = box;
+    slab.lo[axis] = stays.hi[axis] + 1;
+    if (slab.lo[axis] <= slab.hi[axis]) visit(slab);
+    box.lo[axis] = stays.lo[axis], box.hi[axis] = stays.hi[axis];
+  }
+}
+
+}  // namespace
 
 /// Returns the first voxel of a patch with `n` samples along each axis that is centred near `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
@@ -117,36 +115,90 @@ glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-void FieldBody::cut_out(Snapshot& snapshot) {
+/// Moves a patch (copy of the field around the tool) so that its first voxel is `lo`, and updates its samples from the
+/// volume. If the writes since the last copy are known, only three parts are copied: these writes, the samples that the
+/// servo wrote itself, and the new samples on the sides to which the patch has moved. around(box) returns the box of
+/// the patch's samples that may have changed if voxels in `box` were written; copy_part(box) copies a box of samples.
+template <class Around, class CopyPart>
+void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, Around around, CopyPart copy_part) {
+  VoxelBox written;
+  const VoxelBox before = volume_.written_since(patch.copied_at, written) ? box_of(patch) : VoxelBox{};
+  patch.move_to(lo);
+  for_new_slabs(box_of(patch), before, copy_part);
+  VoxelBox again{patch.written_lo, patch.written_hi};
+  if (!written.empty()) {
+    const VoxelBox changed = around(written);
+    again = again.empty() ? changed : VoxelBox{glm::min(again.lo, changed.lo), glm::max(again.hi, changed.hi)};
+  }
+  if (!again.empty()) again = common(common(box_of(patch), before), again);
+  if (!again.empty()) copy_part(again);
+  patch.written_lo = glm::ivec3(INT_MAX), patch.written_hi = glm::ivec3(INT_MIN);
+  patch.copied_at = volume_.mark();
+}
+
+void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
   const glm::ivec3 lo = first_voxel(patch.center_W, patch.n), center = lo + patch.n / 2;
   if (laws_ >= kLawsOfAlignedPatches) patch.center_W = volume_.frame().to_world(dvec3(lo) + (patch.n - 1) / 2.0);
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  if (volume_.graded()) patch.grade();
-  const bool known = volume_.written_since(patch.copied_at, written_);
-  renew(
-      patch, lo, known, [&](const VoxelBox& part) { volume_.copy_part(whole(patch), part); },
-      [&] { volume_.copy_blocks(whole(patch), written_.blocks); });
+  if (volume_.graded()) patch.grade(), patch.step.grade();
+  patch.from = held != 0 && copy_step(patch, lo, held) ? held : 0;
+  if (patch.from == 0) cut_out_complete(patch, lo);
+  last_ = {patch.number, lo, volume_.foreign_changes()};
   for (SurfacePatch& coarse : patch.coarse_levels) {
     const int n = coarse_.every;
     coarse.number = patch.number;
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
-    renew(coarse, center / n - coarse_.edge / 2, known, copy_part, [&] {
-      if (written_.box.empty()) return;
-      const VoxelBox part = common(TissueVolume::every_around(n, written_.box), {coarse.lo, coarse.lo + coarse.n - 1});
-      if (!part.empty()) copy_part(part);
-    });
+    // The coarse patch is never a step. The servo's own samples cannot stay, because it cuts its coarse patch in longer
+    // steps than the carver cuts the volume.
+    renew(
+        coarse, center / n - coarse_.edge / 2,
+        [n](const VoxelBox& written) { return TissueVolume::every_around(n, written); },
+        [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); });
   }
-  patch.copied_at = volume_.mark();
   mark_cut_boxes(patch);
 }
 
+/// Copies the samples of a complete patch (copy of the field around the tool) whose first voxel is `lo`.
+void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
+  renew(
+      patch, lo,
+      [](const VoxelBox& written) {  // a write may change the labels of voxels beside it
+        return VoxelBox{written.lo - 1, written.hi + 1};
+      },
+      [&](VoxelBox part) {
+        // The box is extended to whole leaves (8³ samples), because they are copied faster.
+        for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
+        volume_.copy_part(whole(patch), common(part, box_of(patch)));
+      });
+}
+
+/// If the servo will hold the patch (copy of the field around the tool) that was copied last, with the number `held`,
+/// copies only the leaves that come in. Returns false if this is impossible: the tissue has changed in a way that the
+/// servo does not repeat itself, or too many leaves come in.
+bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
+  if (laws_ < kLawsOfAlignedPatches) return false;
+  if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
+  const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
+  std::size_t leaves = 0;
+  for_new_slabs(now, before, [&](const VoxelBox& slab) {
+    const glm::ivec3 size = (slab.hi - slab.lo + 1) / PatchStep::kSide;
+    leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
+  });
+  if (leaves > patch.step.most()) return false;
+  // The step takes the patch's place, but the arrays of samples do not change, so they have to be copied again later.
+  patch.lo = lo;
+  patch.copied_at = 0;
+  patch.step.clear();
+  for_new_slabs(now, before, [&](const VoxelBox& slab) { volume_.copy_step(slab, patch.step); });
+  return true;
+}
+
 void FieldBody::bring_up_to_date(Snapshot& snapshot) {
-  cut_out(snapshot);
+  cut_out(snapshot, 0);
 }
 
 /// Stores in the patch (the servo's copy of the field around the tool) the boxes in which samples were cut or filled.

@@ -30,7 +30,7 @@ class FieldBody : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
   bool leads() const override { return laws_ >= kLawsOfAlignedPatches; }
-  void cut_out(Snapshot& snapshot) override;
+  void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
@@ -45,16 +45,24 @@ class FieldBody : public TissueBody {
   }
 
  private:
-  template <class CopyPart, class CopyWritten>
-  void renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part, CopyWritten copy_written);
+  template <class Around, class CopyPart>
+  void renew(SurfacePatch& patch, const glm::ivec3& lo, Around around, CopyPart copy_part);
+  bool copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held);
+  void cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo);
   glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
   void mark_cut_boxes(SurfacePatch& patch) const;
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
-  std::vector<LoosePiece> pieces_;   // loose pieces that take_pieces() has not returned yet
-  TissueVolume::Written written_;    // changes of the volume since it was last copied to the patch
+  LoosePieces loose_pieces_;        // finds the pieces that a cut separates from the tissue
+  std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
+  // The patch (copy around the tool) that was copied last: its number, its first voxel, and the number of foreign
+  // changes of the volume before it was copied.
+  struct {
+    std::uint32_t number = 0;
+    glm::ivec3 lo{0};
+    std::uint64_t foreign_changes = 0;
+  } last_;
   double travel_ = 0;                // m, distance that a head may move inside one patch (copy around it)
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   // sample spacing and size of the coarse patch, the copy of the field around the shank; size 0: no tool has a shank

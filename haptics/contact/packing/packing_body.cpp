@@ -282,7 +282,7 @@ double PackingBody::travel() const {
   return std::numeric_limits<double>::infinity();
 }
 
-void PackingBody::cut_out(Snapshot& snapshot) {
+void PackingBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   take_over_paint();
   static_cast<PackingSnapshot&>(snapshot).spheres = spheres_;
   repainted_ = false;

@@ -35,7 +35,7 @@ class PackingBody final : public TissueBody {
   void set_laws(std::uint32_t laws) override;
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override;
-  void cut_out(Snapshot& snapshot) override;
+  void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool wanted) override;
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override;

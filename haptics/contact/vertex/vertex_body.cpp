@@ -182,7 +182,7 @@ double VertexBody::travel() const {
   return std::numeric_limits<double>::infinity();
 }
 
-void VertexBody::cut_out(Snapshot& snapshot) {
+void VertexBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
