@@ -2,7 +2,7 @@
 // open, and how thin the tissue below it is. Include after lighting.glsl.
 
 const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
-const float kFrost = 0.12;  // strength of the frost on cut enamel
+const float kFrost = 0.06;  // strength of the frost on cut enamel
 
 /// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `wet`: 0 dry, 1 below a film of water;
 /// `thin`: 0 thick, 1 as thin as a voxel; `shows`: visible fraction of the lower tissue. Cut enamel scatters light at

@@ -1,9 +1,9 @@
 """Draws a scene that `typodont render --geometry` exported with Blender's path tracer (Cycles).
 
-blender -b --python-exit-code 1 -P draw.py -- FOLDER OUT.png [SAMPLES]
+blender -b --python-exit-code 1 -P draw.py -- FOLDER [SAMPLES]
 
-FOLDER contains frame.json and geometry.ply. The picture has the camera of the left eye, the lamp and the room of the
-export, and the program's tone mapping, so that it differs from the program's picture only by the light in the scene.
+FOLDER contains frame.json and geometry.ply. The result is FOLDER/light.npz, from which develop.py makes the picture. It
+has the camera of the left eye, and the lamp and the room of the export.
 """
 
 import json
@@ -131,10 +131,70 @@ class Tissues:
         return next(n for n, known in self.names.items() if known == name)
 
 
+def unfolded(points, normals, triangles):
+    """Removes folded triangles, whose front side faces into the body. A light path that meets a folded triangle would
+    start on the wrong side of the surface, which causes a dark mark. First, edges of folded triangles are flipped. Then
+    the vertices of triangles that are still folded move along the surface towards the middle of their neighbours.
+    Returns the new points and triangles. A few folded triangles of a coarse mesh may remain."""
+    points, triangles = points.astype(float), triangles.astype(np.int64)
+    # Blocks of the mesh have their own vertices at their borders. Vertices at the same place count as one.
+    places, place = np.unique(points, axis=0, return_inverse=True)
+    straight = np.zeros_like(places)
+    np.add.at(straight, place, normals)
+    straight /= np.maximum(np.linalg.norm(straight, axis=1, keepdims=True), 1e-9)
+
+    def folded(corners):
+        p = places[place[corners]]
+        n = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        return (n * normals[corners].sum(1)).sum(1) <= 0
+
+    def edges_of(t):
+        ends = place[triangles[t]]
+        return [(ends[k], ends[(k + 1) % 3]) for k in range(3)]
+
+    beside = {edge: t for t in range(len(triangles)) for edge in edges_of(t)}
+
+    def flip(t):
+        for k in range(3):
+            a, b, c = np.roll(triangles[t], -k)
+            other = beside.get((place[b], place[a]))
+            if other is None:
+                continue
+            d = next(v for v in triangles[other] if place[v] not in (place[a], place[b]))
+            new = np.array([[c, a, d], [d, b, c]])
+            known = {(place[c], place[d]), (place[d], place[c])} & beside.keys()
+            if known or folded(new).any():
+                continue
+            for edge in edges_of(t) + edges_of(other):
+                beside.pop(edge, None)
+            triangles[[t, other]] = new
+            beside.update({edge: now for now in (t, other) for edge in edges_of(now)})
+            return
+
+    for _ in range(3):
+        for _ in range(2):
+            for t in np.flatnonzero(folded(triangles)):
+                flip(t)
+        corners = place[triangles]
+        moving = np.unique(corners[folded(triangles)])
+        total, count = np.zeros_like(places), np.zeros((len(places), 1))
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            for here, there in ((i, j), (j, i)):
+                np.add.at(total, corners[:, here], places[corners[:, there]])
+                np.add.at(count, corners[:, here], 1)
+        step = total[moving] / count[moving] - places[moving]
+        step -= straight[moving] * (step * straight[moving]).sum(1, keepdims=True)
+        places[moving] += 0.5 * step
+    return places[place], triangles
+
+
 def add_body(name, vertices, triangles, tissues, material):
+    points, normals = (np.stack([vertices[c] for c in names], 1) for names in ("xyz", ("nx", "ny", "nz")))
+    if tissues:
+        points, triangles = unfolded(points, normals, triangles)
     mesh = bpy.data.meshes.new(name)
     mesh.vertices.add(len(vertices))
-    mesh.vertices.foreach_set("co", np.stack([vertices[c] for c in "xyz"], 1).astype(np.float32).ravel())
+    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
     mesh.loops.add(triangles.size)
     mesh.loops.foreach_set("vertex_index", triangles.ravel().astype(np.int32))
     mesh.polygons.add(len(triangles))
@@ -143,7 +203,7 @@ def add_body(name, vertices, triangles, tissues, material):
     mesh.polygons.foreach_set("use_smooth", np.ones(len(triangles), bool))
     mesh.update(calc_edges=True)
     mesh.use_auto_smooth = True
-    mesh.normals_split_custom_set_from_vertices(np.stack([vertices[c] for c in ("nx", "ny", "nz")], 1).tolist())
+    mesh.normals_split_custom_set_from_vertices(normals.tolist())
 
     def attribute(name, kind, data):
         layer = mesh.attributes.new(name, kind, "POINT")
@@ -319,54 +379,51 @@ def add_camera(eye, size):
     scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(aspect, 1.0), max(1 / aspect, 1.0)
 
 
-def tone_map(color):
-    """Khronos PBR Neutral, as in shaders/lighting.glsl."""
-    start, desaturation = 0.8 - 0.04, 0.15
-    x = color.min(-1, keepdims=True)
-    color = color - np.where(x < 0.08, x - 6.25 * x * x, 0.04)
-    peak = np.maximum(color.max(-1, keepdims=True), 1e-9)
-    d = 1 - start
-    new_peak = 1 - d * d / (peak + d - start)
-    g = 1 - 1 / (desaturation * (peak - new_peak) + 1)
-    pressed = color * new_peak / peak
-    pressed = pressed * (1 - g) + new_peak * g
-    return np.where(peak < start, color, pressed)
+def draw_light(folder, samples):
+    """Draws the picture twice, with different random numbers. Returns the parts of the light as arrays, rows from
+    bottom to top. Diffuse and mirrored light: each a (2, height, width, 3) array without the colour of the surface."""
+    scene = bpy.context.scene
+    layer = scene.view_layers[0]
+    passes = {"diffuse_direct": "DiffDir", "diffuse_indirect": "DiffInd", "diffuse_color": "DiffCol"}
+    passes |= {"glossy_direct": "GlossDir", "glossy_indirect": "GlossInd", "glossy_color": "GlossCol"}
+    passes |= {"normal": "Normal", "position": "Position"}
+    for name in passes:
+        setattr(layer, "use_pass_" + name, True)
+    # The compositor's output node is the way to get the passes as files.
+    scene.use_nodes = True
+    nodes, links = scene.node_tree.nodes, scene.node_tree.links
+    nodes.clear()
+    source, out = nodes.new("CompositorNodeRLayers"), nodes.new("CompositorNodeOutputFile")
+    links.new(source.outputs["Image"], nodes.new("CompositorNodeComposite").inputs[0])
+    out.base_path = folder
+    out.format.file_format, out.format.color_depth, out.format.color_mode = "OPEN_EXR", "32", "RGBA"
+    out.file_slots.clear()
+    for number, kind in enumerate(["Image", *passes.values()]):
+        out.file_slots.new(kind)
+        links.new(source.outputs[kind], out.inputs[number])
+    width, height = scene.render.resolution_x, scene.render.resolution_y
 
+    def read(kind):
+        image = bpy.data.images.load(os.path.join(folder, f"{kind}{scene.frame_current:04d}.exr"), check_existing=False)
+        pixels = np.empty(len(image.pixels), np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        return pixels.reshape(height, width, 4)
 
-def smoothed(color, body):
-    """Non-local means (Buades et al. 2005) in the logarithm of light: a pixel becomes the mean of pixels nearby whose
-    surroundings look alike. Only the noise of the samples disappears. `body`: pixels that show a body."""
-    log = np.log(np.maximum(color, 0) + 0.02)
-
-    def moved(a, dx, dy):
-        return np.roll(a, (dy, dx), (0, 1))
-
-    # Standard deviation of the noise: from the second difference of neighbours, whose median ignores edges.
-    second = np.abs(log - 0.5 * (moved(log, 1, 0) + moved(log, -1, 0)))
-    noise = np.median(second[body]) / 0.6745 / np.sqrt(1.5)
-    total, weight = np.zeros_like(color), np.zeros(color.shape[:2] + (1,))
-    for dx in range(-4, 5):
-        for dy in range(-4, 5):
-            apart = ((log - moved(log, dx, dy)) ** 2).mean(-1)
-            apart = sum(moved(apart, x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)) / 9
-            w = np.exp(-np.maximum(apart - 2 * noise**2, 0) / (0.6 * noise) ** 2)[..., None]
-            total += w * moved(color, dx, dy)
-            weight += w
-    return total / weight
-
-
-def background(size):
-    """The dark wall of shaders/background.frag without its noise; rows from bottom to top."""
-    x = (2 * (np.arange(size[0]) + 0.5) / size[0] - 1)[None, :]
-    y = (1 - 2 * (np.arange(size[1]) + 0.5) / size[1])[:, None]  # Vulkan: downwards
-    near = np.exp(-1.1 * (x * x + (y + 0.15) ** 2))[..., None]
-    return (1 - near) * np.array([0.0045, 0.0050, 0.0060]) + near * np.array([0.036, 0.040, 0.047])
+    scene.cycles.samples = max(samples // 2, 1)
+    halves = []
+    for scene.cycles.seed in (1, 2):
+        bpy.ops.render.render()
+        parts = {name: read(kind)[..., :3] for name, kind in passes.items()}
+        parts["opacity"] = read("Image")[..., 3:]
+        halves.append(parts)
+    return {name: np.stack([half[name] for half in halves]) for name in halves[0]}
 
 
 def main():
     arguments = sys.argv[sys.argv.index("--") + 1 :]
-    folder, out = os.path.abspath(arguments[0]), os.path.abspath(arguments[1])
-    samples = int(arguments[2]) if len(arguments) > 2 else 512
+    folder = os.path.abspath(arguments[0])
+    samples = int(arguments[1]) if len(arguments) > 1 else 512
     with open(os.path.join(folder, "frame.json")) as f:
         frame = json.load(f)
     with open(os.path.join(HERE, "tissues.json")) as f:
@@ -389,32 +446,14 @@ def main():
 
     scene.render.engine = "CYCLES"
     scene.cycles.device = "CPU"
-    scene.cycles.samples = samples
     scene.cycles.use_adaptive_sampling = True
     scene.cycles.adaptive_threshold = 0.01
-    scene.cycles.seed = 1
     scene.cycles.sample_clamp_indirect = 10
     # By default, Cycles allows only four diffuse and four glossy reflections among all reflections.
     scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 16
-    scene.cycles.use_denoising = False  # Debian's package has no denoiser; smoothed() replaces it
+    scene.cycles.use_denoising = False  # Debian's package has no denoiser; develop.py replaces it
     scene.render.film_transparent = True
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth = "32"
-    scene.render.filepath = os.path.join(folder, "light.exr")
-    bpy.ops.render.render(write_still=True)
-
-    image = bpy.data.images.load(scene.render.filepath)
-    pixels = np.empty(len(image.pixels), np.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(frame["size"][1], frame["size"][0], 4).astype(float)
-    shown = tone_map(smoothed(pixels[..., :3] / np.maximum(pixels[..., 3:], 1e-6), pixels[..., 3] > 0.99)) * pixels[..., 3:]
-    shown += background(frame["size"]) * (1 - pixels[..., 3:])
-    shown = np.clip(shown, 0, 1)
-    encoded = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
-    picture = bpy.data.images.new("picture", *frame["size"])
-    picture.pixels.foreach_set(np.concatenate([encoded, np.ones_like(encoded[..., :1])], -1).astype(np.float32).ravel())
-    picture.filepath_raw, picture.file_format = out, "PNG"
-    picture.save()
+    np.savez(os.path.join(folder, "light.npz"), **draw_light(folder, samples))
 
 
 main()

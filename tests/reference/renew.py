@@ -43,7 +43,8 @@ def reference(program, wanted, samples):
         blender = ["blender", "-b", "--python-exit-code", "1", "-P", HERE / "draw.py", "--"]
         # Debian's Blender needs the system's Python with numpy, not another one on the user's path.
         system = {**os.environ, "PATH": "/usr/bin:/bin"}
-        subprocess.run([*blender, folder, picture, str(samples)], check=True, env=system)
+        subprocess.run([*blender, folder, str(samples)], check=True, env=system)
+        subprocess.run([HERE / "develop.py", folder, picture], check=True, env=system)
 
 
 def side_by_side(pictures, out, width=None, quality=4):
