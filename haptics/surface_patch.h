@@ -1,6 +1,6 @@
 // The patch: the dense copy of the tissue around the tool, in which the servo computes contact and cuts. The carver
-// (owner of the tissue) fills it; then it belongs to the servo. When the patch then moves, the carver passes only the
-// samples that come in (patch_step.h).
+// (owner of the tissue) fills it; then it belongs to the servo. When a small patch then moves, the carver passes only
+// the samples that come in (patch_step.h).
 #pragma once
 
 #include <algorithm>
@@ -40,10 +40,10 @@ struct SurfacePatch : Snapshot {
   // larger voxels.
   std::vector<SurfacePatch> coarse_levels;
   int every = 1;
-  // The carver reuses a patch that the servo returns: it moves the patch, keeps the samples that stay inside, and copies
-  // only new and changed samples. copied_at: state of the tissue when the patch was copied last (TissueVolume::mark();
-  // 0: copy all samples). written_lo, written_hi: corners (inclusive) of the box of samples that the servo has written
-  // since then.
+  // The carver reuses a patch that the servo returns: it moves the patch, keeps the samples that stay inside, and
+  // copies only new and changed samples. copied_at: state of the tissue when the patch was copied last
+  // (TissueVolume::mark(); 0: copy all samples). written_lo, written_hi: corners (inclusive) of the box of samples that
+  // the servo has written since then.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
   // If Snapshot::from is not 0: the samples that come in. The arrays of the samples then have no meaning.
