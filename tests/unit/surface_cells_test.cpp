@@ -53,7 +53,19 @@ TEST(CellShapes, FlippingAnAmbiguousFaceSplitsThePatchThatTouchedItTwice) {
   EXPECT_GT(doubtful, 0);
 }
 
-// Samples of a field along and across one edge of the lattice, in the order in which cross_edge() reads them.
+/// A crossing of an edge. `t`: 0..1, position along the edge; `na`: component of the normal along the edge.
+struct OneCrossing {
+  float t, na, nb, nc, curvature;
+};
+OneCrossing cross_edge(const float* field, const int stride[3], int axis, std::uint16_t sample) {
+  const GridEdge edge{sample, 0, 0, 0};
+  Crossing found;
+  cross_edges(field, stride, axis, {&edge, 1}, &found);
+  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+  return {found.point[axis], found.normal[axis], found.normal[b], found.normal[c], found.curvature};
+}
+
+// Samples of a field along and across one edge of the lattice.
 struct Stencil {
   float samples[4 * 3 * 3];
   static constexpr int kA = 9, kB = 3, kC = 1;
@@ -67,13 +79,16 @@ struct Stencil {
       }
     }
   }
-  LocalCrossing cross() const { return cross_edge(samples + kA + kB + kC, kA, kB, kC); }
+  OneCrossing cross() const {
+    constexpr int kStride[3] = {kA, kB, kC};
+    return cross_edge(samples, kStride, 0, kA + kB + kC);
+  }
 };
 
 TEST(Crossing, OfAPlaneIsExact) {
   const double n[3] = {0.6, 0.64, -0.48};
   const Stencil stencil([&](double a, double b, double c) { return n[0] * (a - 0.3) + n[1] * b + n[2] * c; });
-  const LocalCrossing at = stencil.cross();
+  const OneCrossing at = stencil.cross();
   EXPECT_NEAR(at.t, 0.3, 1e-6);
   EXPECT_NEAR(at.na, n[0], 1e-6);
   EXPECT_NEAR(at.nb, n[1], 1e-6);
@@ -84,7 +99,7 @@ TEST(Crossing, OfAPlaneIsExact) {
 TEST(Crossing, OfAPlaneIsExactUpToTheCreaseOfABox) {
   // A solid with a crease: at the base of the edge the nearest surface is the side, and at its end it is the front.
   const Stencil stencil([](double a, double b, double) { return std::max(a - 0.3, b + 0.2); });
-  const LocalCrossing at = stencil.cross();
+  const OneCrossing at = stencil.cross();
   EXPECT_NEAR(at.t, 0.3, 1e-6);
   EXPECT_NEAR(at.na, 1, 1e-6);
   EXPECT_NEAR(at.nb, 0, 1e-6);
@@ -97,7 +112,7 @@ TEST(Crossing, OfASphereHasAnErrorOfSecondOrder) {
     // The ball's centre is chosen so that the surface crosses the edge at a = 0.4 with the normal (0.6, 0.8, 0).
     const double ca = 0.4 - 0.6 * radius, cb = -0.8 * radius;
     const Stencil stencil([&](double a, double b, double c) { return std::hypot(a - ca, b - cb, c) - radius; });
-    const LocalCrossing at = stencil.cross();
+    const OneCrossing at = stencil.cross();
     error[i] = std::abs(at.t - 0.4);
     EXPECT_NEAR(at.curvature, 1 / radius, 0.03 / radius);
   }
@@ -139,7 +154,7 @@ TEST(Crossing, OfManyEdgesHasTheBitsOfSingleEdges) {
       cross_edges(samples.data(), kStride, axis, edges, found.data());
       const int b = (axis + 1) % 3, c = (axis + 2) % 3;
       for (std::size_t i = 0; i < edges.size(); ++i, ++crossed) {
-        const LocalCrossing one = cross_edge(samples.data() + edges[i].sample, kStride[axis], kStride[b], kStride[c]);
+        const OneCrossing one = cross_edge(samples.data(), kStride, axis, edges[i].sample);
         glm::vec3 point(edges[i].x, edges[i].y, edges[i].z);
         point[axis] += one.t;
         for (int k = 0; k < 3; ++k) ASSERT_EQ(found[i].point[k], point[k]);

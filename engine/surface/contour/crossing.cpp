@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "engine/base/dispatch.h"
 #include "engine/surface/contour/eight.h"
@@ -25,176 +26,96 @@ constexpr float kSlopeJump = 0.6f;
 // by more than this, samples from both sides of a crease were used.
 constexpr float kAcross = 0.05f;
 
-float smaller(float p, float q) {
-  return p * q <= 0 ? 0 : std::abs(p) < std::abs(q) ? p : q;
-}
-
+// A gradient of the field (Real = float), or the gradients at eight edges (Real = Eight). `a`: component along the
+// edge; `b`, `c`: components across it; `excess`: by how much the square of the length differs from 1.
+template <class Real>
 struct Gradient {
-  float a = 0, b = 0, c = 0;
-  float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
+  Real a, b, c, excess;
 };
 
-// The four gradients that one-sided differences give at a sample. The component along the edge is given. For each of
-// the two axes across the edge, there is one difference to the lower and one to the upper neighbour, so there are four
-// combinations.
-struct OneSided {
-  float a, b[2], c[2];
-
-  OneSided(const float* p, float slope, int stride_b, int stride_c)
-      : a(slope), b{p[stride_b] - *p, *p - p[-stride_b]}, c{p[stride_c] - *p, *p - p[-stride_c]} {}
-
-  Gradient pair(int i) const { return {a, b[i & 1], c[i >> 1]}; }
-  bool unit() const {
-    const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
-    const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    // Tests the four gradients without branches, because the processor would often predict the branches wrongly.
-    return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
-            static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
-  }
-  Gradient best() const {
-    Gradient best = pair(0);
-    for (int i = 1; i < 4; ++i) {
-      if (pair(i).excess() < best.excess()) best = pair(i);
-    }
-    return best;
-  }
-};
-
-// Returns true if the samples at both ends of the edge lie on the same plane; `out` is then the plane's gradient.
-bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
-  if (!p.unit() || !q.unit()) return false;
-  float least = 2 * kSame * kSame;
-  bool found = false;
-  for (int i = 0; i < 4; ++i) {
-    const Gradient g = p.pair(i);
-    if (g.excess() >= kUnit) continue;
-    for (int j = 0; j < 4; ++j) {
-      const Gradient h = q.pair(j);
-      if (h.excess() >= kUnit) continue;
-      const float off = (g.b - h.b) * (g.b - h.b) + (g.c - h.c) * (g.c - h.c);
-      if (off >= least) continue;
-      least = off;
-      out = g;
-      found = true;
-    }
-  }
-  return found;
+template <class Real>
+TYPODONT_INLINE Gradient<Real> gradient(Real a, Real b, Real c) {
+  return {a, b, c, absolute(a * a - 1 + b * b + c * c)};
 }
 
-}  // namespace
-
-LocalCrossing cross_edge(const float* at, int a, int b, int c) {
-  const float* end = at + a;
-  const float before = at[-a], f0 = at[0], f1 = end[0], after = end[a];
-  const float slope = f1 - f0;
-  const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
-  const float b0 = at[b] + at[-b] - 2 * f0, c0 = at[c] + at[-c] - 2 * f0;
-  const float b1 = end[b] + end[-b] - 2 * f1, c1 = end[c] + end[-c] - 2 * f1;
-  const float bent =
-      std::max({std::abs(bend0), std::abs(bend1), std::abs(b0), std::abs(c0), std::abs(b1), std::abs(c1)});
-
-  float t = f0 / (f0 - f1), curvature = 0;
-  Gradient g;
-  const OneSided here(at, slope, b, c), there(end, slope, b, c);
-  bool solved = same_plane(here, there, g);
-  if (!solved && bent > kBent) {
-    // If the edge crosses a crease, the field is the maximum (convex) or minimum of the distances to two planes. The
-    // samples before the edge belong to one plane, the samples after the edge to the other.
-    const float slope0 = f0 - before, slope1 = after - f1;
-    const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
-    const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
-    const float jump = bend0 + bend1;
-    if (bend0 * bend1 > 0 && (in0 || in1)) {
-      const bool first = in0 && (!in1 || ((jump > 0) == (f0 < 0) ? t0 <= t1 : t0 > t1));
-      const OneSided side = first ? OneSided(at, slope0, b, c) : OneSided(end, slope1, b, c);
-      if (side.unit() || std::abs(jump) > kSlopeJump) {
-        t = first ? t0 : t1;
-        g = side.best();
-        solved = true;
-      }
-    }
-    if (!solved && (here.unit() || there.unit())) {
-      // A crease of the surface may run beside this edge of the grid. Then at least one of the gradients from one-sided
-      // differences uses only samples on one side of the crease, and its length is 1. So the gradient whose length is
-      // nearest to 1 is used.
-      const Gradient p = here.best(), q = there.best();
-      g = p.excess() < q.excess() ? p : q;
-      solved = true;
-    }
-  }
-  if (!solved) {
-    const float bend = std::abs(bend0 + bend1) > kSlopeJump ? 0 : smaller(bend0, bend1);
-    const float steep = slope - 0.5f * bend * (1 - 2 * t);
-    if (std::abs(steep) > 0.1f) t = std::clamp(t + 0.5f * bend * t * (1 - t) / steep, 0.f, 1.f);
-    g.a = slope - 0.5f * bend * (1 - 2 * t);
-    g.b = 0.5f * ((1 - t) * (at[b] - at[-b]) + t * (end[b] - end[-b]));
-    g.c = 0.5f * ((1 - t) * (at[c] - at[-c]) + t * (end[c] - end[-c]));
-    // The mean curvature is half the Laplacian of the distance field, because the Laplacian is the sum of the two
-    // principal curvatures.
-    curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
-    if (g.excess() > kAcross) {
-      const Gradient p = here.best(), q = there.best();
-      const Gradient better = p.excess() < q.excess() ? p : q;
-      if (3 * better.excess() < g.excess()) {
-        g = better;
-        curvature = 0;
-      }
-    }
-  }
-  const float length = std::sqrt(g.a * g.a + g.b * g.b + g.c * g.c);
-  if (!(length > 1e-6f)) return {t, slope > 0 ? 1.f : -1.f, 0, 0, 0};
-  return {t, g.a / length, g.b / length, g.c / length, curvature};
-}
-
-namespace {
-
-constexpr unsigned kAllLanes = 0xff;
-
-// Gradients of eight edges, and by how much the squares of their lengths differ from 1 (Gradient::excess).
-struct Gradients {
-  Eight a, b, c, excess;
-};
-
-TYPODONT_INLINE Eight excess_of(Eight a, Eight b, Eight c) {
-  return absolute(a * a - 1 + b * b + c * c);
-}
-
-TYPODONT_INLINE void take_if(EightInts condition, const Gradients& other, Gradients& g) {
+template <class Mask, class Real>
+TYPODONT_INLINE void take_if(Mask condition, const Gradient<Real>& other, Gradient<Real>& g) {
   g.a = condition ? other.a : g.a, g.b = condition ? other.b : g.b, g.c = condition ? other.c : g.c;
   g.excess = condition ? other.excess : g.excess;
 }
 
-// The gradients of OneSided, for eight edges.
-struct OneSidedGradients {
-  Gradients pair[4];
+// The four gradients that one-sided differences give at a sample. The component along the edge is given. For each of
+// the two axes across the edge, there is one difference to the lower and one to the upper neighbour, so there are four
+// combinations.
+template <class Real>
+struct OneSided {
+  Gradient<Real> pair[4];
 
-  TYPODONT_INLINE OneSidedGradients(Eight f, Eight slope, Eight lower_b, Eight upper_b, Eight lower_c, Eight upper_c) {
-    const Eight b[2] = {upper_b - f, f - lower_b}, c[2] = {upper_c - f, f - lower_c};
-    for (int i = 0; i < 4; ++i) pair[i] = {slope, b[i & 1], c[i >> 1], excess_of(slope, b[i & 1], c[i >> 1])};
+  TYPODONT_INLINE OneSided(Real f, Real slope, Real lower_b, Real upper_b, Real lower_c, Real upper_c) {
+    const Real b[2] = {upper_b - f, f - lower_b}, c[2] = {upper_c - f, f - lower_c};
+    for (int i = 0; i < 4; ++i) pair[i] = gradient(slope, b[i & 1], c[i >> 1]);
   }
-  TYPODONT_INLINE EightInts unit() const {
+  TYPODONT_INLINE auto unit() const {
     return (pair[0].excess < kUnit) | (pair[1].excess < kUnit) | (pair[2].excess < kUnit) | (pair[3].excess < kUnit);
   }
-  TYPODONT_INLINE Gradients best() const {
-    Gradients best = pair[0];
+  TYPODONT_INLINE Gradient<Real> best() const {
+    Gradient<Real> best = pair[0];
     for (int i = 1; i < 4; ++i) take_if(pair[i].excess < best.excess, pair[i], best);
     return best;
   }
 };
 
-struct LocalCrossings {
+OneSided<float> one_sided(const float* at, float slope, int b, int c) {
+  return {*at, slope, at[-b], at[b], at[-c], at[c]};
+}
+
+struct NearCrease {
+  float t;  // 0..1, position of the crossing along the edge of the grid
+  Gradient<float> gradient;
+};
+
+// Computes the crossing of an edge near a crease of the surface. Returns no value if the samples do not show a crease.
+// `at`: sample at the start of the edge; a: stride along the edge; b, c: strides across it.
+std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c) {
+  const float* end = at + a;
+  const float before = at[-a], f0 = at[0], f1 = end[0], after = end[a];
+  const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
+  // If the edge crosses a crease, the field is the maximum (convex) or minimum of the distances to two planes. The
+  // samples before the edge belong to one plane, the samples after the edge to the other.
+  const float slope0 = f0 - before, slope1 = after - f1;
+  const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
+  const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
+  const float jump = bend0 + bend1;
+  if (bend0 * bend1 > 0 && (in0 || in1)) {
+    const bool first = in0 && (!in1 || ((jump > 0) == (f0 < 0) ? t0 <= t1 : t0 > t1));
+    const OneSided<float> side = first ? one_sided(at, slope0, b, c) : one_sided(end, slope1, b, c);
+    if (side.unit() || std::abs(jump) > kSlopeJump) return NearCrease{first ? t0 : t1, side.best()};
+  }
+  // A crease of the surface may run beside this edge of the grid. Then at least one of the gradients from one-sided
+  // differences uses only samples on one side of the crease, and its length is 1. So the gradient whose length is
+  // nearest to 1 is used.
+  const OneSided<float> here = one_sided(at, f1 - f0, b, c), there = one_sided(end, f1 - f0, b, c);
+  if (!here.unit() && !there.unit()) return std::nullopt;
+  const Gradient<float> p = here.best(), q = there.best();
+  return NearCrease{f0 / (f0 - f1), p.excess < q.excess ? p : q};
+}
+
+constexpr unsigned kAllLanes = 0xff;
+
+// The crossings of eight edges. `t`: 0..1, position along the edge of the grid; `na`, `nb`, `nc`: unit normal, along
+// the edge and along the two axes across it.
+struct EightCrossings {
   Eight t, na, nb, nc, curvature;
 };
 
-// Does the same as same_plane() for eight edges: returns the edges whose samples lie on one plane, and sets their
-// gradients in `out`.
-TYPODONT_INLINE EightInts same_planes(const OneSidedGradients& p, const OneSidedGradients& q, Gradients& out) {
+// Returns the edges at whose ends the samples lie on the same plane, and sets the gradients of these planes in `out`.
+TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<Eight>& q, Gradient<Eight>& out) {
   Eight least = Eight{} + 2 * kSame * kSame;
   EightInts found{};
   for (int i = 0; i < 4; ++i) {
-    const Gradients& g = p.pair[i];
+    const Gradient<Eight>& g = p.pair[i];
     for (int j = 0; j < 4; ++j) {
-      const Gradients& h = q.pair[j];
+      const Gradient<Eight>& h = q.pair[j];
       const Eight off = (g.b - h.b) * (g.b - h.b) + (g.c - h.c) * (g.c - h.c);
       const EightInts take = (g.excess < kUnit) & (h.excess < kUnit) & (off < least);
       least = take ? off : least;
@@ -205,9 +126,9 @@ TYPODONT_INLINE EightInts same_planes(const OneSidedGradients& p, const OneSided
   return found;
 }
 
-// Computes eight crossings as cross_edge() does. Returns one bit for each crossing that it cannot compute, because the
-// crossing is near a crease.
-TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int c, LocalCrossings& out) {
+// Computes the crossings of eight edges. `at`: samples at their starts; a: stride along the edges; b, c: strides across
+// them. Reads the samples -a..2a, and the samples ±b, ±c at both ends.
+TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int b, int c) {
   const auto load = [at](int offset) __attribute__((always_inline)) {
     return Eight{at[0][offset], at[1][offset], at[2][offset], at[3][offset],
                  at[4][offset], at[5][offset], at[6][offset], at[7][offset]};
@@ -219,15 +140,15 @@ TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int
   const Eight bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
   const Eight b0 = upper_b0 + lower_b0 - 2 * f0, c0 = upper_c0 + lower_c0 - 2 * f0;
   const Eight b1 = upper_b1 + lower_b1 - 2 * f1, c1 = upper_c1 + lower_c1 - 2 * f1;
-  const OneSidedGradients here(f0, slope, lower_b0, upper_b0, lower_c0, upper_c0);
-  const OneSidedGradients there(f1, slope, lower_b1, upper_b1, lower_c1, upper_c1);
+  const OneSided<Eight> here(f0, slope, lower_b0, upper_b0, lower_c0, upper_c0);
+  const OneSided<Eight> there(f1, slope, lower_b1, upper_b1, lower_c1, upper_c1);
   const EightInts bent = (absolute(bend0) > kBent) | (absolute(bend1) > kBent) | (absolute(b0) > kBent) |
                          (absolute(c0) > kBent) | (absolute(b1) > kBent) | (absolute(c1) > kBent);
 
   const Eight zero{};
   const Eight straight = f0 / (f0 - f1);
   Eight t = straight, curvature = zero;
-  Gradients g, plane{};
+  Gradient<Eight> g, plane{};
   EightInts flat{};
   if (const EightInts unit = here.unit() & there.unit(); bits_of(unit) != 0) flat = same_planes(here, there, plane);
   if (bits_of(flat) != kAllLanes) {
@@ -235,14 +156,15 @@ TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int
     const Eight bend = absolute(bend0 + bend1) > kSlopeJump ? zero : smaller_bend;
     const Eight steep = slope - 0.5f * bend * (1 - 2 * t);
     t = absolute(steep) > 0.1f ? limited(t + 0.5f * bend * t * (1 - t) / steep, 0.f, 1.f) : t;
-    g.a = slope - 0.5f * bend * (1 - 2 * t);
-    g.b = 0.5f * ((1 - t) * (upper_b0 - lower_b0) + t * (upper_b1 - lower_b1));
-    g.c = 0.5f * ((1 - t) * (upper_c0 - lower_c0) + t * (upper_c1 - lower_c1));
-    g.excess = excess_of(g.a, g.b, g.c);
+    g = gradient(slope - 0.5f * bend * (1 - 2 * t),
+                 0.5f * ((1 - t) * (upper_b0 - lower_b0) + t * (upper_b1 - lower_b1)),
+                 0.5f * ((1 - t) * (upper_c0 - lower_c0) + t * (upper_c1 - lower_c1)));
+    // The mean curvature is half the Laplacian of the distance field, because the Laplacian is the sum of the two
+    // principal curvatures.
     curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
     if (const EightInts across = g.excess > kAcross; bits_of(across) != 0) {
-      Gradients better = there.best();
-      const Gradients best_here = here.best();
+      Gradient<Eight> better = there.best();
+      const Gradient<Eight> best_here = here.best();
       take_if(best_here.excess < better.excess, best_here, better);
       const EightInts take = across & (3 * better.excess < g.excess);
       take_if(take, better, g);
@@ -254,10 +176,17 @@ TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int
   } else {
     g = plane;
   }
-  const Eight length = root(g.a * g.a + g.b * g.b + g.c * g.c);
-  const EightInts other = (bent & ~flat) | ~(length > 1e-6f);
-  out = {t, g.a / length, g.b / length, g.c / length, curvature};
-  return bits_of(other);
+  for (unsigned near = bits_of(bent & ~flat); near; near &= near - 1) {
+    const int i = std::countr_zero(near);
+    const std::optional<NearCrease> one = cross_near_crease(at[i], a, b, c);
+    if (!one) continue;
+    t[i] = one->t, curvature[i] = 0;
+    g.a[i] = one->gradient.a, g.b[i] = one->gradient.b, g.c[i] = one->gradient.c;
+  }
+  const Eight length = root(g.a * g.a + g.b * g.b + g.c * g.c), along = slope > 0 ? zero + 1 : zero - 1;
+  const EightInts has_normal = length > 1e-6f;
+  return {t, has_normal ? g.a / length : along, has_normal ? g.b / length : zero, has_normal ? g.c / length : zero,
+          has_normal ? curvature : zero};
 }
 
 }  // namespace
@@ -265,19 +194,11 @@ TYPODONT_INLINE unsigned cross_eight(const float* const at[8], int a, int b, int
 TYPODONT_DISPATCH("avx2", "default")
 void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out) {
   const int b_axis = (axis + 1) % 3, c_axis = (axis + 2) % 3;
-  const int a = stride[axis], b = stride[b_axis], c = stride[c_axis];
   for (std::size_t first = 0; first < edges.size(); first += 8) {
     const std::size_t count = std::min<std::size_t>(8, edges.size() - first);
     const float* at[8];
     for (std::size_t i = 0; i < 8; ++i) at[i] = field + edges[first + std::min(i, count - 1)].sample;
-    LocalCrossings eight;
-    unsigned other = cross_eight(at, a, b, c, eight);
-    for (; other; other &= other - 1) {
-      const int i = std::countr_zero(other);
-      const LocalCrossing one = cross_edge(at[i], a, b, c);
-      eight.t[i] = one.t, eight.na[i] = one.na, eight.nb[i] = one.nb, eight.nc[i] = one.nc;
-      eight.curvature[i] = one.curvature;
-    }
+    const EightCrossings eight = cross_eight(at, stride[axis], stride[b_axis], stride[c_axis]);
     for (std::size_t i = 0; i < count; ++i) {
       const GridEdge& edge = edges[first + i];
       Crossing& crossing = out[first + i];

@@ -7,27 +7,13 @@
 
 namespace typodont::surface {
 
-/// Position, unit normal and curvature (as in LocalCrossing) as eight floats; moments.h sums their outer products.
+/// Position, unit normal and curvature as eight floats; moments.h sums their outer products.
 struct alignas(16) Crossing {
   float point[3];
   float normal[3];
-  float curvature;
+  float curvature;  // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
   float one = 1;
 };
-
-struct LocalCrossing {
-  float t;           // 0..1, position of the crossing along the edge of the grid
-  float na, nb, nc;  // unit normal: components along the edge and along the two axes across it
-  float curvature;   // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
-};
-
-/// Computes the point at which the surface crosses one edge of the grid. `at`: sample at the start of the edge; a:
-/// stride along the edge; b, c: strides across it. Reads the samples -a..2a, and the samples ±b, ±c at both ends.
-/// In a smooth field, the crossing is computed to second order, and the normal by central differences. A cut makes a
-/// crease in the field, at which its slope jumps. Near a crease, only samples on one side of it are used: the field is
-/// extrapolated linearly, and the normal is computed on the side on which the gradient has the length 1, as in a
-/// distance field. So plane faces are reproduced exactly up to their edges.
-LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 /// An edge of the grid that the surface crosses.
 struct GridEdge {
@@ -35,9 +21,13 @@ struct GridEdge {
   std::uint8_t x, y, z;  // coordinates of this sample
 };
 
-/// Computes the crossings of many edges along one axis (0, 1 or 2), eight edges at a time, with the same bits as
-/// cross_edge(). `stride`: strides of the samples of `field` along the three axes. Writes one crossing per edge to
-/// `out`.
+/// Computes the points at which the surface crosses edges along one axis (0, 1 or 2), eight edges at a time. `stride`:
+/// strides of the samples of `field` along the three axes. Reads the samples -1..2 along each edge, and the neighbours
+/// of both ends across it. Writes one crossing per edge to `out`.
+/// In a smooth field, the crossing is computed to second order, and the normal by central differences. A cut makes a
+/// crease in the field, at which its slope jumps. Near a crease, only samples on one side of it are used: the field is
+/// extrapolated linearly, and the normal is computed on the side on which the gradient has the length 1, as in a
+/// distance field. So plane faces are reproduced exactly up to their edges.
 void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out);
 
 }  // namespace typodont::surface
