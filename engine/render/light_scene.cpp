@@ -341,10 +341,9 @@ struct LightScene::Impl {
     std::size_t at = 0;  // index of the sample in the grid
     glm::vec3 p{0};      // m, frame W, position from which the sample's rays start
     bool valid = false;  // false if the sample is inside a body
-    bool image = false;  // true if the sample has the light that metal mirrors (LightGrid::images)
   };
   std::vector<Sample> samples;
-  std::vector<std::uint32_t> imaged;        // indices of the samples with Sample::image
+  std::vector<std::uint32_t> imaged;        // indices of the samples for LightGrid::images
   std::vector<std::int32_t> met;            // for each sample and ray: index in `used`, kNothing or kBack
   std::vector<std::int32_t> met_by_images;  // likewise for each of `imaged` and each of its kImageRays rays
   std::vector<std::uint32_t> used;          // indices of the triangles that rays met
@@ -439,10 +438,16 @@ struct LightScene::Impl {
         for (int z = 0; z < empty.size.z; ++z) {
           const std::size_t at = empty.index(0, {x, y, z});
           if (!wanted[at]) continue;
-          const bool image = wanted[at] & kImage;
-          if (image) imaged.push_back(static_cast<std::uint32_t>(samples.size()));
-          samples.push_back({at, place({x, y, z}), true, image});
+          if (wanted[at] & kImage) imaged.push_back(static_cast<std::uint32_t>(samples.size()));
+          samples.push_back({at, place({x, y, z}), true});
         }
+  }
+
+  /// Returns what a ray meets first: the index of a triangle, kBack or kNothing.
+  std::int32_t met_from(const glm::vec3& p, const glm::vec3& direction) const {
+    RayTree::Hit hit;
+    if (!tree.cast(p, direction, hit, false)) return kNothing;
+    return hit.back ? kBack : static_cast<std::int32_t>(hit.triangle);
   }
 
   void cast_rays() {
@@ -468,23 +473,16 @@ struct LightScene::Impl {
       }
       backs = 0;
       for (std::size_t r = 0; r < kRays; ++r) {
-        RayTree::Hit hit;
-        const bool meets = tree.cast(sample.p, directions[r], hit, false);
-        met[s * kRays + r] = !meets ? kNothing : hit.back ? kBack : static_cast<std::int32_t>(hit.triangle);
-        backs += meets && hit.back;
+        met[s * kRays + r] = met_from(sample.p, directions[r]);
+        backs += met[s * kRays + r] == kBack;
       }
       sample.valid = backs <= kInside * kRays;
     });
     met_by_images.assign(imaged.size() * kImageRays, kBack);
     in_parallel(imaged.size(), [&](std::size_t i) {
       const Sample& sample = samples[imaged[i]];
-      for (std::size_t r = 0; sample.valid && r < kImageRays; ++r) {
-        RayTree::Hit hit;
-        const bool meets = tree.cast(sample.p, image_directions[r], hit, false);
-        met_by_images[i * kImageRays + r] = !meets     ? kNothing
-                                            : hit.back ? kBack
-                                                       : static_cast<std::int32_t>(hit.triangle);
-      }
+      for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
+        met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
     });
     // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in their place.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
