@@ -1,54 +1,9 @@
 #include "haptics/patch_step.h"
 
-#include <algorithm>
-#include <cstring>
-
-#include "engine/base/dispatch.h"
-#include "haptics/lanes.h"
 #include "haptics/surface_patch.h"
+#include "haptics/volume/leaf_rows.h"
 
 namespace typodont::haptics {
-
-namespace {
-
-constexpr int n = PatchStep::kSide;
-
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void copy_rows(const float* from, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y, from += n)
-      *reinterpret_cast<F8*>(to + y * stride_y) = *reinterpret_cast<const F8*>(from);
-  }
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void fill_rows(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) *reinterpret_cast<F8*>(to + y * stride_y) = F8{} + value;
-  }
-}
-/// Copies or fills the rows of a leaf whose samples are bytes (labels, hardness).
-template <class Byte>
-void copy_bytes(const Byte* from, Byte* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y, from += n) std::memcpy(to + y * stride_y, from, n);
-  }
-}
-template <class Byte>
-void fill_bytes(Byte value, Byte* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) std::memset(to + y * stride_y, static_cast<int>(value), n);
-  }
-}
-
-/// Prefetches the rows of a patch to which a leaf will be copied.
-template <class T>
-void prefetch_rows(const T* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) __builtin_prefetch(to + y * stride_y, 1);
-  }
-}
-
-}  // namespace
 
 void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept {
   patch.move_to(fresh.lo);
@@ -67,18 +22,18 @@ void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept {
     const PatchStep::Samples samples = fresh.step.samples(i);
     const std::size_t to = place(i);
     if (leaf.one_distance) {
-      fill_rows(leaf.distance, patch.distance.data() + to, stride_x, stride_y);
+      fill_distances(leaf.distance, patch.distance.data() + to, stride_x, stride_y);
     } else {
-      copy_rows(samples.distance, patch.distance.data() + to, stride_x, stride_y);
+      copy_distances(samples.distance, patch.distance.data() + to, stride_x, stride_y);
     }
     if (leaf.one_label) {
-      fill_bytes(leaf.label, patch.tissue.data() + to, stride_x, stride_y);
+      fill_leaf(leaf.label, patch.tissue.data() + to, stride_x, stride_y);
     } else {
       copy_bytes(samples.label, patch.tissue.data() + to, stride_x, stride_y);
     }
     if (patch.hardness.empty()) continue;
     if (leaf.one_label) {
-      fill_bytes(leaf.hardness, patch.hardness.data() + to, stride_x, stride_y);
+      fill_leaf(leaf.hardness, patch.hardness.data() + to, stride_x, stride_y);
     } else {
       copy_bytes(samples.hardness, patch.hardness.data() + to, stride_x, stride_y);
     }

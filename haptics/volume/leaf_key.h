@@ -1,4 +1,4 @@
-// The key of a leaf, a block of 8³ samples of the tissue. Does not include OpenVDB. Private to haptics/volume.
+// The key of a leaf, a block of 8³ samples of the tissue. Does not include OpenVDB. Private to haptics.
 #pragma once
 
 #include <glm/glm.hpp>

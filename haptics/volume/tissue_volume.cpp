@@ -18,6 +18,7 @@
 #include "haptics/inside_fraction.h"
 #include "haptics/lanes.h"
 #include "haptics/natural_surface.h"
+#include "haptics/volume/leaf_rows.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"
 
@@ -417,33 +418,7 @@ void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff
     for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
   }
 }
-/// Sets the samples of a whole leaf in a dense block to one value.
-template <class Out>
-void fill_leaf(Out value, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) std::fill_n(to + y * stride_y, n, value);
-  }
-}
-
-// The next three functions copy or fill whole leaves as the functions above do, but with vectors of eight samples. They
-// are used for patches (the servo's copies), most of whose samples come from whole leaves.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void copy_distances(const float* from, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y, from += n)
-      *reinterpret_cast<F8*>(to + y * stride_y) = *reinterpret_cast<const F8*>(from);
-  }
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void fill_distances(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) *reinterpret_cast<F8*>(to + y * stride_y) = F8{} + value;
-  }
-}
-/// Copies the labels of a whole leaf, which are the lowest bytes of the values of the label grid.
+/// Copies the labels of a whole leaf, which are the lowest bytes of the values of the label grid, eight at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -463,15 +438,6 @@ void prefetch_leaf(const Leaf* leaf) {
   const auto* const values = leaf->buffer().data();
   for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i);
 }
-/// Prefetches the rows of a dense block to which a whole leaf will be copied.
-template <class Out>
-void prefetch_rows(const Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (int x = 0; x < n; ++x, to += stride_x) {
-    for (int y = 0; y < n; ++y) __builtin_prefetch(to + y * stride_y, 1);
-  }
-}
-
 /// Returns true if all samples of `part` belong to leaves (8³ samples) that lie completely in `part`, and if the rows
 /// of the dense block begin at the rows of leaves.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
@@ -552,7 +518,7 @@ void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& pa
 
 void TissueVolume::copy_step(const VoxelBox& part, PatchStep& step) const {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, stride_y = n, stride_x = n * n;
-  static_assert(n == PatchStep::kSide);
+  static_assert(n == kLeafSide && n == PatchStep::kSide);
   const std::vector<Impl::LeafSource> sources = impl_->leaves_in(part);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const Impl::LeafSource& source = sources[i];
