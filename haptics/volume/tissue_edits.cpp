@@ -68,6 +68,11 @@ void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
+/// Extends `box` so that it contains `other`, which is not empty.
+void extend(VoxelBox& box, const VoxelBox& other) noexcept {
+  box = box.empty() ? other : VoxelBox{glm::min(box.lo, other.lo), glm::max(box.hi, other.hi)};
+}
+
 constexpr int kLeaf = Sweep::kLeaf;
 static_assert(kLeaf == kLeafSide && kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
 
@@ -91,11 +96,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 
 void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
   if (lo.x > hi.x) return;
-  if (!writes.empty()) {
-    VoxelBox& box = writes.back();
-    if (box.empty()) box = {lo, hi};
-    box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
-  }
+  if (!writes.empty()) extend(writes.back(), {lo, hi});
   const BrickBox bricks = bricks_around(lo, hi);
   if (glm::all(glm::greaterThanEqual(bricks.lo, marked_lo)) && glm::all(glm::lessThanEqual(bricks.hi, marked_hi))) {
     return;
@@ -144,10 +145,7 @@ bool TissueVolume::written_since(std::uint64_t mark, VoxelBox& written) const {
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
-    const VoxelBox& since = v.writes[i];
-    if (since.empty()) continue;
-    if (written.empty()) written = since;
-    written = {glm::min(written.lo, since.lo), glm::max(written.hi, since.hi)};
+    if (!v.writes[i].empty()) extend(written, v.writes[i]);
   }
   return true;
 }
@@ -205,8 +203,7 @@ namespace {
 /// Extends `box` by the samples lo..hi of a leaf (8³ voxels) to which a removal wrote.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
-  if (box.empty()) box = {lo, hi};
-  box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+  extend(box, {lo, hi});
 }
 
 }  // namespace
