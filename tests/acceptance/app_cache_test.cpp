@@ -50,6 +50,9 @@ const std::array kDamages{
     Damage{"one bit", [](std::string was) { return was.empty() ? was : (was[was.size() / 2] ^= 4, was); }},
     Damage{"another version", [](const std::string& was) { return "typodont 99\n" + was; }}};
 
+constexpr const char* kWedge =
+    "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+
 struct Kept : testing::Test {
   ProgramFolder program{TYPODONT_PROGRAM};
   const std::string cache = program / "cache";
@@ -101,8 +104,7 @@ TEST_F(Kept, ADamagedShaderCacheIsReplacedAndThePictureIsUnchanged) {
 }
 
 TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
-  program.write("wedge.obj",
-                "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  program.write("wedge.obj", kWedge);
   const std::string scene = program.write("scene.json", R"({"name": "wedge", "tissue": {"voxel_mm": 0.2, "solids": [
     {"tissue": "dentin", "solid": {"mesh": {"file": "wedge.obj"}}}]}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics"]})");
   const std::string hand =
@@ -132,8 +134,7 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
 }
 
 TEST_F(Kept, AMeshThatOneProgramSampledIsUsedByAnotherProgramOfTheSameSources) {
-  program.write("wedge.obj",
-                "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  program.write("wedge.obj", kWedge);
   const std::string tissue = R"({"voxel_mm":0.2,"solids":[{"tissue":"dentin","solid":{"mesh":{"file":"wedge.obj"}}}]})";
   // This test program samples the mesh first.
   ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
