@@ -1,4 +1,4 @@
-// Writes and reads the values of a cached file (engine/base/cache.h) one after the other.
+// Writes values to a cached file (engine/base/cache.h), and reads them from it in the same order.
 #pragma once
 
 #include <filesystem>

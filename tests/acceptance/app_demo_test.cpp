@@ -24,9 +24,10 @@ double brightness(const render::Picture& picture) {
   return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
 }
 
-/// Returns the number of pixels with the lesion's brown in the middle of the picture, where the lesion is. Dentin is
-/// less red (at most 1.66 times its green), except at the bottom of a cavity. There, light has been reflected several
-/// times between walls of dentin, so it has lost nearly all of its blue, and the dentin is a dark yellow.
+/// Returns the number of pixels with the lesion's brown in the middle of the picture, where the lesion is. The red
+/// value of dentin is at most 1.66 times its green value, except at the bottom of a cavity. Light that arrives there
+/// was reflected several times by walls of dentin, and has lost nearly all of its blue. So dentin looks dark yellow
+/// there.
 int brown(const render::Picture& picture) {
   int count = 0;
   for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {

@@ -451,7 +451,7 @@ TEST(SurfacePatch, OfTheServoHasTheBitsOfTheVolumeAfterEveryStep) {
     const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     ServoTick tick;
     Cut cut;
-    std::deque<std::uint64_t> made;  // indices of the cuts that the carver lacks
+    std::deque<std::uint64_t> made;  // indices of the cuts that the carver has not made yet
     dvec3 p{0, 0, 3.0_mm}, way{0};
     int steps = 0, complete = 0, late = 0, filled = 0, compared = 0;
     for (int i = 0; i < 4000; ++i) {

@@ -31,8 +31,8 @@ constexpr float kSmoothSpread = 0.008f;
 // Cosine of 64°. A crease is gentle (ContourVertex::gentle) if all normals in its cell differ from each other by
 // less than this.
 constexpr float kGentleCosine = 0.44f;
-// The error of the mesh on a surface of curvature κ is at most kSag·s²κ, where s is the side of a block
-// (smooth_vertices.cpp).
+// On a surface of curvature κ, the mesh has an error of at most kSag·s²κ, where s is the side of a block of cells (see
+// smooth_vertices.cpp).
 constexpr float kSag = 0.18f;
 // variance of the crossings' positions in one direction, divided by the square of the block's side; if the variance is
 // smaller, greatest_curvature() cannot estimate the curvature in this direction
