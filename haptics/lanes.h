@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/base/vectors.h"
+
 namespace typodont::haptics {
 
 typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
@@ -17,35 +19,21 @@ typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
-/// Marks a function that is always inlined into its kernel, so that it is compiled for the kernel's instruction set.
-#define TYPODONT_KERNEL inline __attribute__((always_inline))
+using typodont::bits_of;
 
 /// Returns a bit mask with one bit for each lane of `mask`.
-TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
-#ifdef __SSE2__
-  const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
-           high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
-  return static_cast<unsigned>(__builtin_ia32_movmskps((F4)low) | __builtin_ia32_movmskps((F4)high) << 4);
-#else
-  unsigned bits = 0;
-  for (int i = 0; i < 8; ++i) bits |= static_cast<unsigned>(mask[i] != 0) << i;
-  return bits;
-#endif
-}
-
-/// Returns a bit mask with one bit for each lane of `mask`.
-TYPODONT_KERNEL unsigned bits_of(const L8& mask) {
+TYPODONT_INLINE unsigned bits_of(const L8& mask) {
   return bits_of(__builtin_convertvector(mask, I8));
 }
 
-TYPODONT_KERNEL void read_lanes(D8& v, const double* from) {
+TYPODONT_INLINE void read_lanes(D8& v, const double* from) {
   std::memcpy(&v, from, sizeof v);
 }
-TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
+TYPODONT_INLINE void write_lanes(double* to, const D8& v) {
   std::memcpy(to, &v, sizeof v);
 }
 
-TYPODONT_KERNEL bool any_of(const I8& mask) {
+TYPODONT_INLINE bool any_of(const I8& mask) {
 #ifdef __SSE2__
   const I4 both = __builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
   return __builtin_ia32_movmskps((F4)both) != 0;
@@ -54,13 +42,13 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 #endif
 }
 
-TYPODONT_KERNEL void take_root(D8& v) {
+TYPODONT_INLINE void take_root(D8& v) {
   asm("" : "+m"(v));  // writes and reads v; otherwise the compiler would compute some roots one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
-TYPODONT_KERNEL void take_root(F8& v) {
+TYPODONT_INLINE void take_root(F8& v) {
   // Writes the value to memory and reads it again. Otherwise the compiler would split the vector and compute some of
   // the eight roots one by one.
   asm("" : "+m"(v));
@@ -83,14 +71,14 @@ struct Compaction {
 };
 inline const Compaction kCompaction;
 
-TYPODONT_KERNEL void gather_lanes(const F8& v, const I8& order, F8& first) {
+TYPODONT_INLINE void gather_lanes(const F8& v, const I8& order, F8& first) {
 #ifdef __clang__  // clang has no shuffle with variable indices
   for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
 #else
   first = __builtin_shuffle(v, order);
 #endif
 }
-TYPODONT_KERNEL void gather_lanes(const I8& v, const I8& order, I8& first) {
+TYPODONT_INLINE void gather_lanes(const I8& v, const I8& order, I8& first) {
 #ifdef __clang__
   for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
 #else
@@ -98,13 +86,13 @@ TYPODONT_KERNEL void gather_lanes(const I8& v, const I8& order, I8& first) {
 #endif
 }
 
-TYPODONT_KERNEL float least_of(const F8& v) {
+TYPODONT_INLINE float least_of(const F8& v) {
   const F8 four = __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3), a = v < four ? v : four,
            two = __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5), b = a < two ? a : two;
   return b[0] < b[1] ? b[0] : b[1];
 }
 
-TYPODONT_KERNEL float sum_of(const F8& v) {
+TYPODONT_INLINE float sum_of(const F8& v) {
   return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
 }
 

@@ -12,4 +12,18 @@ using EightInts = int __attribute__((vector_size(32)));
 /// Marks a function that is always inlined, so that it is compiled for the processor type of its caller (dispatch.h).
 #define TYPODONT_INLINE inline __attribute__((always_inline))
 
+/// Returns a bit mask with one bit for each lane of a comparison.
+TYPODONT_INLINE unsigned bits_of(const EightInts& mask) {
+#ifdef __SSE2__
+  const FourInts low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
+                 high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Four>(low)) |
+                               __builtin_ia32_movmskps(reinterpret_cast<Four>(high)) << 4);
+#else
+  unsigned bits = 0;
+  for (int i = 0; i < 8; ++i) bits |= static_cast<unsigned>(mask[i] != 0) << i;
+  return bits;
+#endif
+}
+
 }  // namespace typodont

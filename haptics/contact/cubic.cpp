@@ -77,19 +77,19 @@ namespace {
 using Lanes = D2;
 constexpr int kLanes = 2;
 
-TYPODONT_KERNEL Lanes widened(const float* p) {
+TYPODONT_INLINE Lanes widened(const float* p) {
   return Lanes{p[0], p[1]};
 }
-TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+TYPODONT_INLINE Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return sum + a * b;
 }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+TYPODONT_INLINE Lanes one_on(const Lanes& v, const Lanes& after) {
   return __builtin_shufflevector(v, after, 1, 2);
 }
-TYPODONT_KERNEL void add_by_fours(const Lanes& v, int at, double* sums) {
+TYPODONT_INLINE void add_by_fours(const Lanes& v, int at, double* sums) {
   *reinterpret_cast<D2*>(sums + at % 4) += v;
 }
-TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {
+TYPODONT_INLINE void add_across(const double (&sums)[4][4], double* out) {
   for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 #include "haptics/contact/cubic_kernel.h"
@@ -105,7 +105,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 /// For each of four results there are four partial sums, one row of `sums` each. This macro adds the partial sums of
 /// each row, for all four rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
-  TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
+  TYPODONT_INLINE void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
     const D4 a = __builtin_shufflevector(s[0], s[1], 0, 4, 2, 6) + __builtin_shufflevector(s[0], s[1], 1, 5, 3, 7); \
     const D4 b = __builtin_shufflevector(s[2], s[3], 0, 4, 2, 6) + __builtin_shufflevector(s[2], s[3], 1, 5, 3, 7); \
@@ -121,16 +121,16 @@ namespace {
 using Lanes = D4;
 constexpr int kLanes = 4;
 
-TYPODONT_KERNEL Lanes widened(const float* p) {
+TYPODONT_INLINE Lanes widened(const float* p) {
   return (Lanes)_mm256_cvtps_pd(_mm_loadu_ps(p));
 }
-TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+TYPODONT_INLINE Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm256_fmadd_pd((__m256d)a, _mm256_set1_pd(b), (__m256d)sum);
 }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+TYPODONT_INLINE Lanes one_on(const Lanes& v, const Lanes& after) {
   return __builtin_shufflevector(v, after, 1, 2, 3, 4);
 }
-TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
+TYPODONT_INLINE void add_by_fours(const Lanes& v, int, double* sums) {
   *reinterpret_cast<D4*>(sums) += v;
 }
 TYPODONT_ADD_ACROSS
@@ -153,16 +153,16 @@ using Lanes = D8;
 constexpr int kLanes = 8;
 
 // Uses the AVX-512 intrinsic with a mask, because GCC 12 gives a false warning for the same intrinsic without mask.
-TYPODONT_KERNEL Lanes widened(const float* p) {
+TYPODONT_INLINE Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }
-TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+TYPODONT_INLINE Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm512_fmadd_pd((__m512d)a, _mm512_set1_pd(b), (__m512d)sum);
 }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+TYPODONT_INLINE Lanes one_on(const Lanes& v, const Lanes& after) {
   return __builtin_shufflevector(v, after, 1, 2, 3, 4, 5, 6, 7, 8);
 }
-TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
+TYPODONT_INLINE void add_by_fours(const Lanes& v, int, double* sums) {
   *reinterpret_cast<D4*>(sums) = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }
 TYPODONT_ADD_ACROSS

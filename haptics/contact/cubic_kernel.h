@@ -3,7 +3,7 @@
 /// Evaluates the polynomials `c` at the fractional position t (t2: its square), for kLanes consecutive samples of a
 /// row, starting with sample `at`. The values are the interpolation weights of these samples, or their derivatives.
 template <std::size_t powers>
-TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
+TYPODONT_INLINE Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
   if constexpr (powers == 4) {
     p += (*reinterpret_cast<const Lanes*>(c[2] + at) + *reinterpret_cast<const Lanes*>(c[3] + at) * t) * t2;
@@ -15,14 +15,14 @@ TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t
 
 /// Interpolation weights of the samples of a row.
 template <std::size_t powers>
-TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weights) {
+TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weights) {
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
 /// The interpolation weights, rounded to multiples of 2^-29. Their sum is exactly 1, and the sum of their derivatives
 /// is exactly 0.
 template <std::size_t powers>
-TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
+TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
   // `after`: sum of the weights of all samples after the present ones; it starts at 0. All sums here also contain the
   // constant kGrid, which rounds them; the subtraction of two sums removes it.
@@ -34,7 +34,7 @@ TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, do
   }
 }
 
-TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions,
+TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions,
                             double* out) {
   alignas(64) double x[8], x_slope[8], y[8], y_slope[8], z[8], z_slope[8];
   weigh_on_grid(kSums.value, fractions[1], y);

@@ -53,7 +53,7 @@ struct Work {
 /// voxels, kMargin: 3.5 voxels. `capsule`: false: the distance from the end of the path is accurate enough. `narrow`:
 /// true: the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
   const float from = c.continues ? 0.0f : -1e30f;
   float* const distance = block.distance;
@@ -122,7 +122,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
 
 /// Appends groups of samples to the list in `work`. Each lane of `entries` contains one group; it is appended if the
 /// lane is set in `mask`.
-TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
+TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
   gather_lanes(entries, kCompaction.order[which], first);
@@ -135,7 +135,7 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 /// sweep. If the sweep continues another sweep, it examines only samples ahead of A and outside the ball at A, which is
 /// already empty. Returns true if a sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // Radius and centre of a ball that contains all samples that can change. Its centre is B (the end of the sweep) if
@@ -294,7 +294,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
 /// depth during the motion; false: the depth at the end of the motion. `ahead`: mask of the samples ahead of A, the
 /// start of the sweep. `u`, `v`: terms of the distance from the ball that are equal for all samples of the row.
 template <bool capsule>
-TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
+TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
   F8 d2;
   if constexpr (capsule) {
@@ -316,7 +316,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
 
 /// Computes, for eight rows, the terms `u` and `v` of depth_of_eight(), which are equal for all samples of a row.
 template <bool capsule>
-TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
+TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
   const F8 px = x + static_cast<float>(f.origin.x) - c.ax, py = y + static_cast<float>(f.origin.y) - c.ay;
   if constexpr (capsule) {
@@ -340,7 +340,7 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
 /// Computes the path length at which each of them is due again. Also lists the groups of samples that may change until
 /// the head has moved by `ahead`.
 template <bool capsule>
-TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
   constexpr int kStretch = SlackRows::kStretch;
   constexpr float kNever = 1e9f;

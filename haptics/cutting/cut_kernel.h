@@ -4,7 +4,7 @@
 /// Raises samples: where `ahead` is set, a sample becomes `depth` (its depth in the head, which the caller has limited
 /// to kInner, 3 voxels) if the depth exceeds both the old value and −kMargin (−3.5 voxels). Returns the new values.
 /// `least` receives the limit that the depth had to exceed; `rises` receives the mask of the raised samples.
-TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
+TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
   return pick(rises, depth, old);
@@ -12,7 +12,7 @@ TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
 
 /// Returns the volume that each voxel loses when its distance rises from `was` to `is`, in integer units
 /// (haptics/inside_fraction.h).
-TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
+TYPODONT_INLINE Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
@@ -29,12 +29,12 @@ struct Taken {
   std::uint8_t label = 0;
 
   /// `to` receives the sums. It may be null, but then add() must not be called.
-  TYPODONT_KERNEL Taken(RemovedVolume* to) : removed(to) {
+  TYPODONT_INLINE Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }
 
   /// Adds the removed volume of a whole group of samples. All samples that lose volume have the label `group_label`.
-  TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label, const float* samples) {
+  TYPODONT_INLINE void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
     if (graded.hardness && any_positive(taken)) {
@@ -48,7 +48,7 @@ struct Taken {
   }
   /// Adds the removed volume of the samples `from` .. `to` of a group of samples; their labels may differ. `labels`:
   /// label of the group's first sample.
-  TYPODONT_KERNEL void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
+  TYPODONT_INLINE void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;
       std::memcpy(parts, labels, sizeof parts);
@@ -63,7 +63,7 @@ struct Taken {
     std::memcpy(apart, &taken, sizeof apart);
     for (int i = from; i < to; ++i) removed->add(apart[i], shown(labels[i]), samples + i);
   }
-  TYPODONT_KERNEL void close() {
+  TYPODONT_INLINE void close() {
     removed->volume[label] += kFractionUnit * static_cast<double>(sum_of_lanes(units));
     if (graded.hardness) removed->hardened[label] += (sum_of_lanes(hard_high) << 16) + sum_of_lanes(hard_low);
     units = hard_low = hard_high = Ints{};
@@ -71,12 +71,12 @@ struct Taken {
   }
 
  private:
-  TYPODONT_KERNEL void change_label(std::uint8_t group_label) {
+  TYPODONT_INLINE void change_label(std::uint8_t group_label) {
     if (group_label == label) return;
     close();
     label = group_label;
   }
-  TYPODONT_KERNEL static std::int64_t sum_of_lanes(const Ints& v) {
+  TYPODONT_INLINE static std::int64_t sum_of_lanes(const Ints& v) {
     std::int32_t apart[kLanes];  // copy of the lanes of v, so that the sums can stay in a register
     std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;

@@ -4,11 +4,11 @@
 // cannot be the nearest are left out. If only one piece is left, and the nearest point is between its ends, fewer
 // operations are needed.
 
-TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
+TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
 }
 
-TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, Floats z) {
+TYPODONT_INLINE Floats depth_below_arc(const MeridianPiece& piece, Floats rho, Floats z) {
   const Floats vx = rho - all(piece.cx), vz = z - all(piece.cz);
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
@@ -19,7 +19,7 @@ struct NearestPiece {
   Floats square;
   Mask outside;
 
-  TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
+  TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
     // `along`: position along the line, measured from its first end; `over`: how far this position is beyond the nearer
@@ -29,7 +29,7 @@ struct NearestPiece {
     square = lesser(square, below * below + over * over);
     outside |= more(all(0.0f), below);
   }
-  TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
+  TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
     // The arc's end b also belongs to the next piece of the meridian, and is examined with that piece. So only the end
     // a is examined here, which may be the tip.
@@ -41,19 +41,19 @@ struct NearestPiece {
     square = lesser(square, pick(between, off * off, ex * ex + ez * ez));
     outside |= beyond & more(none, off);
   }
-  TYPODONT_KERNEL Floats depth() const {
+  TYPODONT_INLINE Floats depth() const {
     const Floats depth = root(square);
     return pick(outside, all(0.0f) - depth, depth);
   }
 };
 
-TYPODONT_KERNEL NearestPiece no_piece_yet() {
+TYPODONT_INLINE NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
 /// Returns the depth below the nearest of several pieces of the head's meridian. `set`: one bit for each piece of the
 /// head's meridian.
-TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
+TYPODONT_INLINE Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {
     const MeridianPiece& piece = pieces[std::countr_zero(set)];

@@ -36,14 +36,14 @@ struct Lanes {
   float* at;
   int from, to;  // range of the lanes that lie in the block
 
-  TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
-  TYPODONT_KERNEL F8 load() const {
+  TYPODONT_INLINE bool whole() const { return from == 0 && to == kLanes; }
+  TYPODONT_INLINE F8 load() const {
     if (whole()) return *reinterpret_cast<const F8*>(at);
     F8 v = F8{} - Sweep::kInner;
     for (int i = from; i < to; ++i) v[i] = at[i];
     return v;
   }
-  TYPODONT_KERNEL void store(const F8& v) const {
+  TYPODONT_INLINE void store(const F8& v) const {
     if (whole()) {
       *reinterpret_cast<F8*>(at) = v;
     } else {

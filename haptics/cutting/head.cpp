@@ -233,14 +233,14 @@ void fill_heights(const HeadFront* f, int from, int to) {
 float root(float v) {
   return std::sqrt(v);
 }
-TYPODONT_KERNEL F8 root(const F8& v) {
+TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
 /// Position of a point relative to a piece of the meridian: its distances from both ends, measured along the piece and
 /// negative beyond an end, and its depth below the piece. T is one float or eight floats.
 template <class T>
-TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
+TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
     from_a = (z - piece.az) * piece.nax - (rho - piece.ax) * piece.naz;
     from_b = piece.length - from_a;

@@ -5,7 +5,7 @@
 /// kMargin: 3.5 voxels. Returns true if a sample changed. If `may_raise` is false, the function changes nothing and
 /// only computes `found`. Samples that may have been deeper in the head during the motion than at the motion's end are
 /// added to `tops`.
-TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
+TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
   alignas(32) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7};

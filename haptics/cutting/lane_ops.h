@@ -27,76 +27,76 @@ using Ints = I8;
 using Mask = I8;
 constexpr int kLanes = 8;
 
-TYPODONT_KERNEL Floats load(const float* p) {
+TYPODONT_INLINE Floats load(const float* p) {
   return *reinterpret_cast<const F8*>(p);
 }
-TYPODONT_KERNEL void store(float* p, Floats v) {
+TYPODONT_INLINE void store(float* p, Floats v) {
   *reinterpret_cast<F8*>(p) = v;
 }
-TYPODONT_KERNEL Floats all(float v) {
+TYPODONT_INLINE Floats all(float v) {
   return F8{} + v;
 }
-TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
+TYPODONT_INLINE Floats as_floats(const std::int32_t* p) {
   return __builtin_convertvector(*reinterpret_cast<const I8*>(p), F8);
 }
-TYPODONT_KERNEL Mask first(int count) {
+TYPODONT_INLINE Mask first(int count) {
   return I8{0, 1, 2, 3, 4, 5, 6, 7} < count;
 }
-TYPODONT_KERNEL Mask everywhere() {
+TYPODONT_INLINE Mask everywhere() {
   return ~I8{};
 }
-TYPODONT_KERNEL Mask nowhere() {
+TYPODONT_INLINE Mask nowhere() {
   return I8{};
 }
-TYPODONT_KERNEL Mask more(Floats a, Floats b) {
+TYPODONT_INLINE Mask more(Floats a, Floats b) {
   return a > b;
 }
-TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {
+TYPODONT_INLINE Mask more_where(Mask where, Floats a, Floats b) {
   return where & (a > b);
 }
-TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {
+TYPODONT_INLINE Mask no_less(Floats a, Floats b) {
   return a >= b;
 }
-TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {
+TYPODONT_INLINE Floats pick(Mask mask, Floats yes, Floats no) {
   return mask ? yes : no;
 }
-TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {
+TYPODONT_INLINE Floats lesser(Floats a, Floats b) {
   return a < b ? a : b;
 }
-TYPODONT_KERNEL Floats greater(Floats a, Floats b) {
+TYPODONT_INLINE Floats greater(Floats a, Floats b) {
   return a > b ? a : b;
 }
-TYPODONT_KERNEL Floats root(Floats v) {
+TYPODONT_INLINE Floats root(Floats v) {
   take_root(v);
   return v;
 }
-TYPODONT_KERNEL Ints as_ints(Floats v) {
+TYPODONT_INLINE Ints as_ints(Floats v) {
   return (Ints)v;
 }
 /// Returns the low 16 bits of each lane. Negative lanes are not allowed. high_half() returns the other bits.
-TYPODONT_KERNEL Ints low_half(Ints v) {
+TYPODONT_INLINE Ints low_half(Ints v) {
   return v & 0xffff;
 }
-TYPODONT_KERNEL Ints high_half(Ints v) {
+TYPODONT_INLINE Ints high_half(Ints v) {
   return v >> 16;
 }
 /// Returns the hardness bytes of samples (label.h, hardness.h). For a filled sample, this is the hardness of the
 /// filling. `labels`: null if no sample is filled.
-TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
+TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
   return __builtin_convertvector(bytes, I8);
 }
-TYPODONT_KERNEL bool any_positive(Ints v) {
+TYPODONT_INLINE bool any_positive(Ints v) {
   return any_of(v > 0);
 }
-TYPODONT_KERNEL bool any(Mask mask) {
+TYPODONT_INLINE bool any(Mask mask) {
   return any_of(mask);
 }
-TYPODONT_KERNEL unsigned bits(Mask mask) {
+TYPODONT_INLINE unsigned bits(Mask mask) {
   return bits_of(mask);
 }
-TYPODONT_KERNEL bool every(Mask mask) {
+TYPODONT_INLINE bool every(Mask mask) {
   return !any_of(~mask);
 }
 
@@ -115,101 +115,101 @@ struct Ints {
 using Mask = Ints;
 constexpr int kLanes = 8;
 
-TYPODONT_KERNEL Floats operator+(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats operator+(const Floats& a, const Floats& b) {
   return {a.low + b.low, a.high + b.high};
 }
-TYPODONT_KERNEL Floats operator-(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats operator-(const Floats& a, const Floats& b) {
   return {a.low - b.low, a.high - b.high};
 }
-TYPODONT_KERNEL Floats operator*(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats operator*(const Floats& a, const Floats& b) {
   return {a.low * b.low, a.high * b.high};
 }
-TYPODONT_KERNEL Floats operator/(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats operator/(const Floats& a, const Floats& b) {
   return {a.low / b.low, a.high / b.high};
 }
-TYPODONT_KERNEL Ints operator-(const Ints& a, const Ints& b) {
+TYPODONT_INLINE Ints operator-(const Ints& a, const Ints& b) {
   return {a.low - b.low, a.high - b.high};
 }
-TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) {
+TYPODONT_INLINE Ints operator&(const Ints& a, const Ints& b) {
   return {a.low & b.low, a.high & b.high};
 }
-TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) {
+TYPODONT_INLINE Ints operator|(const Ints& a, const Ints& b) {
   return {a.low | b.low, a.high | b.high};
 }
-TYPODONT_KERNEL Ints operator*(const Ints& a, const Ints& b) {
+TYPODONT_INLINE Ints operator*(const Ints& a, const Ints& b) {
   return {a.low * b.low, a.high * b.high};
 }
-TYPODONT_KERNEL void operator+=(Ints& a, const Ints& b) {
+TYPODONT_INLINE void operator+=(Ints& a, const Ints& b) {
   a = {a.low + b.low, a.high + b.high};
 }
-TYPODONT_KERNEL void operator|=(Ints& a, const Ints& b) {
+TYPODONT_INLINE void operator|=(Ints& a, const Ints& b) {
   a = a | b;
 }
-TYPODONT_KERNEL void operator&=(Ints& a, const Ints& b) {
+TYPODONT_INLINE void operator&=(Ints& a, const Ints& b) {
   a = a & b;
 }
 
-TYPODONT_KERNEL Floats load(const float* p) {
+TYPODONT_INLINE Floats load(const float* p) {
   return {*reinterpret_cast<const F4*>(p), *reinterpret_cast<const F4*>(p + 4)};
 }
-TYPODONT_KERNEL void store(float* p, const Floats& v) {
+TYPODONT_INLINE void store(float* p, const Floats& v) {
   *reinterpret_cast<F4*>(p) = v.low;
   *reinterpret_cast<F4*>(p + 4) = v.high;
 }
-TYPODONT_KERNEL Floats all(float v) {
+TYPODONT_INLINE Floats all(float v) {
   return {F4{} + v, F4{} + v};
 }
-TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
+TYPODONT_INLINE Floats as_floats(const std::int32_t* p) {
   return {__builtin_convertvector(*reinterpret_cast<const I4*>(p), F4),
           __builtin_convertvector(*reinterpret_cast<const I4*>(p + 4), F4)};
 }
-TYPODONT_KERNEL Mask first(int count) {
+TYPODONT_INLINE Mask first(int count) {
   return {I4{0, 1, 2, 3} < count, I4{4, 5, 6, 7} < count};
 }
-TYPODONT_KERNEL Mask everywhere() {
+TYPODONT_INLINE Mask everywhere() {
   return {~I4{}, ~I4{}};
 }
-TYPODONT_KERNEL Mask nowhere() {
+TYPODONT_INLINE Mask nowhere() {
   return {I4{}, I4{}};
 }
-TYPODONT_KERNEL Mask more(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Mask more(const Floats& a, const Floats& b) {
   return {a.low > b.low, a.high > b.high};
 }
-TYPODONT_KERNEL Mask more_where(const Mask& where, const Floats& a, const Floats& b) {
+TYPODONT_INLINE Mask more_where(const Mask& where, const Floats& a, const Floats& b) {
   return where & more(a, b);
 }
-TYPODONT_KERNEL Mask no_less(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Mask no_less(const Floats& a, const Floats& b) {
   return {a.low >= b.low, a.high >= b.high};
 }
-TYPODONT_KERNEL Floats pick(const Mask& mask, const Floats& yes, const Floats& no) {
+TYPODONT_INLINE Floats pick(const Mask& mask, const Floats& yes, const Floats& no) {
   return {mask.low ? yes.low : no.low, mask.high ? yes.high : no.high};
 }
-TYPODONT_KERNEL Floats lesser(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats lesser(const Floats& a, const Floats& b) {
   return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
 }
-TYPODONT_KERNEL Floats greater(const Floats& a, const Floats& b) {
+TYPODONT_INLINE Floats greater(const Floats& a, const Floats& b) {
   return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }
-TYPODONT_KERNEL F4 root(const F4& v) {
+TYPODONT_INLINE F4 root(const F4& v) {
 #ifdef __SSE2__
   return (F4)__builtin_ia32_sqrtps(v);
 #else
   return F4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 #endif
 }
-TYPODONT_KERNEL Floats root(const Floats& v) {
+TYPODONT_INLINE Floats root(const Floats& v) {
   return {root(v.low), root(v.high)};
 }
-TYPODONT_KERNEL Ints as_ints(const Floats& v) {
+TYPODONT_INLINE Ints as_ints(const Floats& v) {
   return {(I4)v.low, (I4)v.high};
 }
-TYPODONT_KERNEL Ints low_half(const Ints& v) {
+TYPODONT_INLINE Ints low_half(const Ints& v) {
   return {v.low & 0xffff, v.high & 0xffff};
 }
-TYPODONT_KERNEL Ints high_half(const Ints& v) {
+TYPODONT_INLINE Ints high_half(const Ints& v) {
   return {v.low >> 16, v.high >> 16};
 }
-TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
+TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   Ints felt;
   for (int i = 0; i < 4; ++i) {
     felt.low[i] = labels && is_filled(labels[i]) ? kOwnHardness : hardness[i];
@@ -217,7 +217,7 @@ TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* har
   }
   return felt;
 }
-TYPODONT_KERNEL bool any(const Mask& mask) {
+TYPODONT_INLINE bool any(const Mask& mask) {
   const I4 both = mask.low | mask.high;
 #ifdef __SSE2__
   return __builtin_ia32_movmskps((F4)both) != 0;
@@ -225,13 +225,13 @@ TYPODONT_KERNEL bool any(const Mask& mask) {
   return (both[0] | both[1] | both[2] | both[3]) != 0;
 #endif
 }
-TYPODONT_KERNEL bool any_positive(const Ints& v) {
+TYPODONT_INLINE bool any_positive(const Ints& v) {
   return any(Ints{v.low > 0, v.high > 0});
 }
-TYPODONT_KERNEL bool every(const Mask& mask) {
+TYPODONT_INLINE bool every(const Mask& mask) {
   return !any({~mask.low, ~mask.high});
 }
-TYPODONT_KERNEL unsigned bits(const Mask& mask) {
+TYPODONT_INLINE unsigned bits(const Mask& mask) {
 #ifdef __SSE2__
   return static_cast<unsigned>(__builtin_ia32_movmskps((F4)mask.low) | __builtin_ia32_movmskps((F4)mask.high) << 4);
 #else
@@ -257,73 +257,73 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
   using Mask = unsigned;                                                                   \
   constexpr int kLanes = COUNT;                                                            \
   constexpr M kEvery = (1u << COUNT) - 1;                                                  \
-  TYPODONT_KERNEL Floats load(const float* p) {                                            \
+  TYPODONT_INLINE Floats load(const float* p) {                                            \
     return P##_loadu_ps(p);                                                                \
   }                                                                                        \
-  TYPODONT_KERNEL void store(float* p, Floats v) {                                         \
+  TYPODONT_INLINE void store(float* p, Floats v) {                                         \
     P##_storeu_ps(p, v);                                                                   \
   }                                                                                        \
-  TYPODONT_KERNEL Floats all(float v) {                                                    \
+  TYPODONT_INLINE Floats all(float v) {                                                    \
     return P##_set1_ps(v);                                                                 \
   }                                                                                        \
-  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {                                \
+  TYPODONT_INLINE Floats as_floats(const std::int32_t* p) {                                \
     return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));                              \
   }                                                                                        \
-  TYPODONT_KERNEL Mask first(int count) {                                                  \
+  TYPODONT_INLINE Mask first(int count) {                                                  \
     return (1u << count) - 1;                                                              \
   }                                                                                        \
-  TYPODONT_KERNEL Mask everywhere() {                                                      \
+  TYPODONT_INLINE Mask everywhere() {                                                      \
     return kEvery;                                                                         \
   }                                                                                        \
-  TYPODONT_KERNEL Mask nowhere() {                                                         \
+  TYPODONT_INLINE Mask nowhere() {                                                         \
     return 0;                                                                              \
   }                                                                                        \
-  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                                          \
+  TYPODONT_INLINE Mask more(Floats a, Floats b) {                                          \
     return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                                              \
   }                                                                                        \
-  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {                        \
+  TYPODONT_INLINE Mask more_where(Mask where, Floats a, Floats b) {                        \
     return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                  \
   }                                                                                        \
-  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                                       \
+  TYPODONT_INLINE Mask no_less(Floats a, Floats b) {                                       \
     return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                                              \
   }                                                                                        \
-  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {                          \
+  TYPODONT_INLINE Floats pick(Mask mask, Floats yes, Floats no) {                          \
     return P##_mask_blend_ps(static_cast<M>(mask), no, yes);                               \
   }                                                                                        \
-  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                                      \
+  TYPODONT_INLINE Floats lesser(Floats a, Floats b) {                                      \
     return P##_maskz_min_ps(kEvery, a, b);                                                 \
   }                                                                                        \
-  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                                     \
+  TYPODONT_INLINE Floats greater(Floats a, Floats b) {                                     \
     return P##_maskz_max_ps(kEvery, a, b);                                                 \
   }                                                                                        \
-  TYPODONT_KERNEL Floats root(Floats v) {                                                  \
+  TYPODONT_INLINE Floats root(Floats v) {                                                  \
     return P##_maskz_sqrt_ps(kEvery, v);                                                   \
   }                                                                                        \
-  TYPODONT_KERNEL Ints as_ints(Floats v) {                                                 \
+  TYPODONT_INLINE Ints as_ints(Floats v) {                                                 \
     return (Ints)v;                                                                        \
   }                                                                                        \
   typedef std::uint8_t Bytes __attribute__((vector_size(COUNT), aligned(1), may_alias));   \
-  TYPODONT_KERNEL Ints low_half(Ints v) {                                                  \
+  TYPODONT_INLINE Ints low_half(Ints v) {                                                  \
     return v & 0xffff;                                                                     \
   }                                                                                        \
-  TYPODONT_KERNEL Ints high_half(Ints v) {                                                 \
+  TYPODONT_INLINE Ints high_half(Ints v) {                                                 \
     return v >> 16;                                                                        \
   }                                                                                        \
-  TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) { \
+  TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) { \
     Bytes bytes = *reinterpret_cast<const Bytes*>(hardness);                               \
     if (labels) bytes |= (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);        \
     return __builtin_convertvector(bytes, Ints);                                           \
   }                                                                                        \
-  TYPODONT_KERNEL bool any_positive(Ints v) {                                              \
+  TYPODONT_INLINE bool any_positive(Ints v) {                                              \
     return P##_test_epi32_mask((I)v, (I)v) != 0;                                           \
   }                                                                                        \
-  TYPODONT_KERNEL bool any(Mask mask) {                                                    \
+  TYPODONT_INLINE bool any(Mask mask) {                                                    \
     return mask != 0;                                                                      \
   }                                                                                        \
-  TYPODONT_KERNEL unsigned bits(Mask mask) {                                               \
+  TYPODONT_INLINE unsigned bits(Mask mask) {                                               \
     return mask;                                                                           \
   }                                                                                        \
-  TYPODONT_KERNEL bool every(Mask mask) {                                                  \
+  TYPODONT_INLINE bool every(Mask mask) {                                                  \
     return (mask & kEvery) == kEvery;                                                      \
   }
 

@@ -10,7 +10,7 @@ struct RaisedBlock {
 /// slack (motion until a sample can change). Only for motions during which no sample was deeper in the head than at the
 /// end. `depth_of(rho, z)` returns the depth of samples at the distance rho from the head's axis and the height z.
 template <class Depth>
-TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
+TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
   static_assert(n == kDeep && kGroups * kTogether == kRows);
   // Neighbouring rows along y follow each other in the leaf, so a group of samples may contain two of them.
@@ -65,7 +65,7 @@ TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
 
 /// Raises the samples of a block of a leaf like the other raise_leaf_block(), and uses the pieces of the meridian that
 /// the block's `kind` states.
-TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
+TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);
     return raise_leaf_block(

@@ -23,7 +23,7 @@ constexpr LeafGroups kLeafGroups;
 /// Returns a mask of the groups of a leaf that may contain samples which the sweep raises. The kernel omits the other
 /// groups: those that are too far from the ball, completely behind A (the start of the sweep), or completely inside the
 /// ball at A, where an earlier cut has already written the largest value kInner.
-TYPODONT_KERNEL std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
+TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
   constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
   // The last terms of `reach`, `inner` and `ahead` exceed all rounding errors.
@@ -54,7 +54,7 @@ TYPODONT_KERNEL std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
 /// Raises the samples of a leaf (8³ samples). `capsule`: false if the ball moves so little (Sweep::is_ball) that its
 /// end position alone is accurate enough.
 template <bool capsule>
-TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
+TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
   // The terms of the samples' distance from the ball that depend only on y or only on z. A group consists of one or two
   // neighbouring rows along z, so the z terms are equal in all groups.

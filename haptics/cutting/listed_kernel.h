@@ -6,7 +6,7 @@ constexpr int kChunk = 128;  // number of groups of samples that are processed t
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-TYPODONT_KERNEL void fetch(const float* group) {
+TYPODONT_INLINE void fetch(const float* group) {
   __builtin_prefetch(group);
   // also prefetches the end of the group, because a group usually spans two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
@@ -14,7 +14,7 @@ TYPODONT_KERNEL void fetch(const float* group) {
 
 /// Reads for several groups (one per lane) how many of their first samples may change. Returns true if all samples of
 /// these groups may change.
-TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
+TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
   std::memcpy(parts, length, sizeof parts);
@@ -32,7 +32,7 @@ struct BallRows {
 /// accurate enough. `ahead`: true if all samples of the groups lie ahead of A, the start of the sweep. `whole`: true if
 /// all samples may change. If `ahead` or `whole` is true, the test of each sample for this condition is omitted.
 template <bool capsule, bool ahead, bool whole>
-TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
+TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius);
   for (int g = from_g; g < to_g; ++g) {
@@ -65,7 +65,7 @@ TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const Ba
 }
 
 template <bool capsule>
-TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
+TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
   // voxels, upper bound of the rounding error of a sample's distance from the plane through A, the start of the sweep
   constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
@@ -106,7 +106,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
 /// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
 /// other groups. Returns true if a sample changed.
 template <bool capsule>
-TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
   const Capsule c = f.c;
   Mask raised = nowhere();
@@ -126,8 +126,8 @@ struct Passed {
 };
 struct BelowLine {
   MeridianPiece piece;
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const Floats below = depth(rho, z);
     deeper = may_be_deeper(below, on.least, all(0.0f) - (on.way_rho * all(piece.nax) + on.way_z * all(piece.naz)), rho);
     return below;
@@ -136,12 +136,12 @@ struct BelowLine {
 /// Computes the depth below a line perpendicular to the axis, which is the end of many heads. This depth does not
 /// depend on the distance from the axis.
 struct BelowEnd : BelowLine {
-  TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
+  TYPODONT_INLINE Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
 struct BelowArc {
   MeridianPiece piece;
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const Floats below = depth(rho, z);
     deeper = may_be_deeper(below, on.least,
                            all(0.0f) - ((rho - all(piece.cx)) * on.way_rho + (z - all(piece.cz)) * on.way_z),
@@ -153,13 +153,13 @@ struct BelowArc {
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z) const {
     NearestPiece nearest = no_piece_yet();
     first_bent ? nearest.meet_arc(pieces[0], rho, z) : nearest.meet_line(pieces[0], rho, z);
     if constexpr (second) second_bent ? nearest.meet_arc(pieces[1], rho, z) : nearest.meet_line(pieces[1], rho, z);
     return nearest.depth();
   }
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     NearestOnWay found{no_piece_yet(), all(0.0f)};
     first_bent ? found.meet_arc(pieces[0], rho, z, on.way_rho, on.way_z)
                : found.meet_line(pieces[0], rho, z, on.way_rho, on.way_z);
@@ -178,7 +178,7 @@ struct BelowEnds {
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z) const {
     const Floats none = all(0.0f), below_end = z - all(end.bz), below_flank = all(flank.ax) - rho;
     const Floats out_z = lesser(below_end, none), out_rho = lesser(below_flank, none);
     const Floats away = root(out_z * out_z + out_rho * out_rho);
@@ -189,8 +189,8 @@ struct BelowRim {
 struct BelowAny {
   const MeridianPiece* pieces;
   unsigned set;
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_pieces(pieces, set, rho, z); }
-  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z) const { return depth_below_pieces(pieces, set, rho, z); }
+  TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const NearestOnWay found = nearest_on_way(pieces, set, rho, z, on.way_rho, on.way_z);
     const Floats below = found.nearest.depth();
     deeper = found.deeper(rho, below, on.least);
@@ -217,7 +217,7 @@ struct HeadSides {
   // bound of the difference between the motion of a group's middle and the motion of the group's samples.
   float bend[3], turned;
 
-  TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
+  TYPODONT_INLINE HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
     const Straight& back = f.tops->back;
     const float* const R = f.pose.R;
     const float* const T = back.turn;
@@ -233,7 +233,7 @@ struct HeadSides {
   }
   /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
   /// in the head during the motion than at the motion's end.
-  TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
+  TYPODONT_INLINE unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
     const Mask sharp = more(all(smooth), rho);
@@ -258,7 +258,7 @@ struct HeadSides {
 /// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper in the head
 /// during the motion than at the motion's end.
 template <bool beside, class Below>
-TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
+TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
   for (int g = from; g < to; ++g) {
     const std::int32_t height = f.groups.z[g0 + g];
@@ -299,7 +299,7 @@ TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const 
 
 /// Cuts consecutive groups of samples for which the same pieces of the head's meridian are nearest.
 template <class Below>
-TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
+TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
   const float* const R = f.pose.R;
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
@@ -343,7 +343,7 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
 
 /// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
 /// other groups. Returns true if a sample changed.
-TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;

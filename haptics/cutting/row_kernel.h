@@ -8,14 +8,14 @@ struct Row {
   bool whole;  // true if all samples are processed
 
   /// Returns the samples of the row. Samples that are not processed get a value so large that no cut raises it.
-  TYPODONT_KERNEL Floats read() const {
+  TYPODONT_INLINE Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
   /// Writes the changed samples of the row. `labels`: labels of the samples, used only if the volume is counted.
-  TYPODONT_KERNEL void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
+  TYPODONT_INLINE void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);
     } else {

@@ -19,12 +19,12 @@ class SlackRows {
   static constexpr int kStretch = 64;  // number of samples of a row that are listed together
 
   /// Stores the slack (motion until a sample can change) of eight samples of a row.
-  TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
+  TYPODONT_INLINE void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
   /// Returns the smallest slack (motion until a sample can change) among sixteen samples of a row, from index z on.
   /// Only samples that are marked in `which` count, because the slack of other samples may not have been stored.
-  TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
+  TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
     std::memcpy(&low, rows_ + row * kRow + z, sizeof low);

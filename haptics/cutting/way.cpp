@@ -65,7 +65,7 @@ struct Points {
   F8 x, y, z;
 };
 
-TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, const F8& z) {
+TYPODONT_INLINE Points in_head(const HeadPose& pose, const F8& x, const F8& y, const F8& z) {
   const float* const R = pose.R;
   const F8 vx = x - pose.p[0], vy = y - pose.p[1], vz = z - pose.p[2];
   return {(R[0] * vx + R[3] * vy) + R[6] * vz, (R[1] * vx + R[4] * vy) + R[7] * vz,
@@ -73,7 +73,7 @@ TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
 }
 
 /// Returns for eight samples at the positions `from` the vectors from the start to the end of their paths.
-TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
+TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
           (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.shift[1]),
@@ -81,7 +81,7 @@ TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
 }
 
 /// Returns for eight samples at the positions `from` the second-order terms of their paths (Straight::bend_turn).
-TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
+TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
   const float* const T = way.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
           (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.bend_shift[1]),
@@ -108,7 +108,7 @@ struct Search {
   F8 best, top, needed;
   I8 open;
 
-  TYPODONT_KERNEL Points place(const Straight& head, const F8& fraction) const {
+  TYPODONT_INLINE Points place(const Straight& head, const F8& fraction) const {
     Points p{from.x + fraction * way.x, from.y + fraction * way.y, from.z + fraction * way.z};
     if (head.bent > 0) {
       const F8 off = fraction * (fraction - 1.0f);
@@ -116,10 +116,10 @@ struct Search {
     }
     return p;
   }
-  TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
+  TYPODONT_INLINE eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
     return eight::nearest_with_normal(head.pieces, set, rho, z);
   }
-  TYPODONT_KERNEL Depth at(const Straight& head, const F8& fraction) const {
+  TYPODONT_INLINE Depth at(const Straight& head, const F8& fraction) const {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y);
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
@@ -131,7 +131,7 @@ struct Search {
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
   /// Returns the outward normal at the fraction `fraction` of the path, in the head's frame.
-  TYPODONT_KERNEL Points normal(const Straight& head, const F8& fraction) const {
+  TYPODONT_INLINE Points normal(const Straight& head, const F8& fraction) const {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
     F8 n_rho, n_z;
@@ -140,7 +140,7 @@ struct Search {
   }
   /// Begins the search at the fraction `fraction` of the path. x, y, z: positions of the samples, in voxels relative to
   /// HeadPose::base of the path's first pose.
-  TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
+  TYPODONT_INLINE void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float fraction, float most) {
     set = pieces;
     from = in_head(head.from, x, y, z);
@@ -155,7 +155,7 @@ struct Search {
     top = best + at_a.slope * (s - a);
     open = (best < most) & (top > best + kTop) & (top > needed);
   }
-  TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
+  TYPODONT_INLINE void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
     // Each lane is decided separately. `before`: the point s lies in front of the maximum, so it becomes the new limit
@@ -186,7 +186,7 @@ struct Deepest {
 /// a round end, the round end is included: the depth is then the radius minus the distance from a half-line on the
 /// axis. The squared distance from the axis, and that from the centre of the round end, are quadratic along the path,
 /// so their minima have a closed form.
-TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
+TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
   const Points way = paths_from(head, from);
   const F8 none = {}, one = none + 1.0f, least = none + 1e-12f;
@@ -327,7 +327,7 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
 
 /// Computes AtStart::recedes for eight centres at once. For this, the function computes a lower bound of n·w, where n
 /// is the head's normal and w the motion. `rounding`: voxels, rounding error of a path's component along a normal.
-TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
+TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
   // Finds the first and the last of the neighbouring meridian pieces that can be nearest to a sample of the block, and
@@ -366,7 +366,7 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
 /// Computes AtStart::line for eight centres: the line that alone determines the depths of a block, if there is one.
 /// Within a block, a depth differs from the depth at the centre by at most kHalf. A depth below a line is concave along
 /// the path, so it is smallest at an end of the path.
-TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
+TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(way, at.at);
   const F8 end_x = at.at.x + wx, end_y = at.at.y + wy, end_rho = eight::root(end_x * end_x + end_y * end_y);

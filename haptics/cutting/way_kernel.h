@@ -3,7 +3,7 @@
 
 /// Returns `depth`, except for samples that a motion along the axis does not change (see Straight::still_above): these
 /// get the depth of a point far outside the head.
-TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
+TYPODONT_INLINE Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
@@ -13,12 +13,12 @@ struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
 
-  TYPODONT_KERNEL void take(Floats before, Floats f_rho, Floats f_z, Floats m_rho, Floats m_z) {
+  TYPODONT_INLINE void take(Floats before, Floats f_rho, Floats f_z, Floats m_rho, Floats m_z) {
     const Mask nearer = more(before, nearest.square);
     out_rho = pick(nearer, f_rho, out_rho), out_z = pick(nearer, f_z, out_z);
     n_rho = pick(nearer, m_rho, n_rho), n_z = pick(nearer, m_z, n_z);
   }
-  TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
+  TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats before = nearest.square, nax = all(piece.nax), naz = all(piece.naz);
     nearest.meet_line(piece, rho, z);
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz,
@@ -26,7 +26,7 @@ struct NearestWithNormal {
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     take(before, all(0.0f) - (below * nax + over * naz), over * nax - below * naz, nax, naz);
   }
-  TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
+  TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats before = nearest.square, none = all(0.0f);
     nearest.meet_arc(piece, rho, z);
     const Floats vx = rho - all(piece.cx), vz = z - all(piece.cz),
@@ -39,13 +39,13 @@ struct NearestWithNormal {
   }
   /// Computes the outward normal. At a corner, any direction between the normals of the two pieces of the head's
   /// meridian is valid.
-  TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
+  TYPODONT_INLINE void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
   /// Returns the rate at which the depth of samples at x, y, z increases along the given direction in the head's frame.
-  TYPODONT_KERNEL Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
+  TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
     return all(0.0f) - (m_rho * ((x * way_x + y * way_y) / (rho + all(1e-6f))) + m_z * way_z);
@@ -53,7 +53,7 @@ struct NearestWithNormal {
 };
 
 /// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
-TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
+TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
   for (; set != 0; set &= set - 1) {
@@ -67,7 +67,7 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 /// a relevant amount), and deeper than `least`. The function follows each sample's path backward, from the end of the
 /// motion to its start. Along this path the depth is concave, so it grows fastest at the beginning. On the whole path
 /// it grows by at most `growth` / `scale`.
-TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
+TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
@@ -81,8 +81,8 @@ struct NearestOnWay {
   /// point and by rho
   Floats away;
 
-  TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
-  TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
+  TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
+  TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
     const Floats before = nearest.square, nax = all(piece.nax), naz = all(piece.naz);
     nearest.meet_line(piece, rho, z);
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz,
@@ -90,7 +90,7 @@ struct NearestOnWay {
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     take(before, all(0.0f) - (over * (way_rho * naz - way_z * nax) + below * (way_rho * nax + way_z * naz)));
   }
-  TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
+  TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
     const Floats before = nearest.square, none = all(0.0f);
     nearest.meet_arc(piece, rho, z);
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
@@ -99,14 +99,14 @@ struct NearestOnWay {
     const Floats off = all(1.0f) - all(piece.radius) / greater(root(vx * vx + vz * vz), all(1e-6f));
     take(before, pick(between, off * (vx * way_rho + vz * way_z), ex * way_rho + ez * way_z));
   }
-  TYPODONT_KERNEL Mask deeper(Floats rho, Floats depth, Floats least) const {
+  TYPODONT_INLINE Mask deeper(Floats rho, Floats depth, Floats least) const {
     return may_be_deeper(depth, least, pick(nearest.outside, all(0.0f) - away, away),
                          rho * greater(depth, all(0.0f) - depth));
   }
 };
 
 /// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
-TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
+TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
   for (; set != 0; set &= set - 1) {
@@ -121,7 +121,7 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 /// n any normal of some neighbouring pieces of the meridian. These pieces must contain the samples' nearest points.
 /// `away`, `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a
 /// tip.
-TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
+TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals
   // rotate from the first piece's normal to the last piece's normal. At a tip (the outline meets the axis), they begin

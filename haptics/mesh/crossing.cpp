@@ -51,7 +51,7 @@ struct Eight {
 
 /// Sets `v` to six times the signed volume of the tetrahedron formed by corner i of `from` and the triangle t, with the
 /// same operations as volume6().
-TYPODONT_KERNEL void volumes(const Eight& from, int i, const Eight& t, D8& v) {
+TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   D8 a[3], b[3], c[3];
   for (int k = 0; k < 3; ++k) {
     a[k] = t.p[0][k] - from.p[i][k], b[k] = t.p[1][k] - from.p[i][k], c[k] = t.p[2][k] - from.p[i][k];
@@ -60,7 +60,7 @@ TYPODONT_KERNEL void volumes(const Eight& from, int i, const Eight& t, D8& v) {
 }
 
 /// Sets `some` in those lanes where an edge of `from` goes from one side of the plane of `t` to the other side.
-TYPODONT_KERNEL void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
+TYPODONT_INLINE void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
   D8 v[3];
   for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);

@@ -32,18 +32,4 @@ TYPODONT_INLINE Real limited(Real v, float low, float high) {
   return v < lowest ? lowest : highest < v ? highest : v;
 }
 
-/// Returns one bit for each lane of a comparison.
-TYPODONT_INLINE unsigned bits_of(EightInts mask) {
-#ifdef __SSE2__
-  const FourInts low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
-                 high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
-  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Four>(low)) |
-                               __builtin_ia32_movmskps(reinterpret_cast<Four>(high)) << 4);
-#else
-  unsigned bits = 0;
-  for (int i = 0; i < 8; ++i) bits |= static_cast<unsigned>(mask[i] != 0) << i;
-  return bits;
-#endif
-}
-
 }  // namespace typodont::surface

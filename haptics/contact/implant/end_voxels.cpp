@@ -151,7 +151,7 @@ struct alignas(64) Block {
 /// Interpolates the field trilinearly, as sample_linear() does. Returns true if any tool voxel is less than one patch
 /// voxel away from bone.
 template <class Real>
-TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Real>& b) {
+TYPODONT_INLINE bool sample(const Task<Real>& task, std::size_t first, Block<Real>& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
   const float* const vz = task.voxels.z.data() + first;
@@ -200,7 +200,7 @@ TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Rea
 
 /// Same result as std::round(), but without a library call.
 template <class Real>
-TYPODONT_KERNEL std::int32_t rounded(Real v) {
+TYPODONT_INLINE std::int32_t rounded(Real v) {
   const Real whole = static_cast<Real>(static_cast<std::int32_t>(v)), rest = v - whole;
   const Real up = rest >= Real{0.5} ? Real{1} : Real{0}, down = rest <= Real{-0.5} ? Real{1} : Real{0};
   return static_cast<std::int32_t>(whole + up - down);
@@ -210,7 +210,7 @@ TYPODONT_KERNEL std::int32_t rounded(Real v) {
 /// bone beside the tool is not an obstacle. A voxel that only touches bone beside the tool no longer counts as in
 /// contact. Returns the tissue labels at the other voxels in contact: one bit per tissue.
 template <class Real>
-TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
+TYPODONT_INLINE std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
   const auto beyond = task.beyond;
@@ -242,7 +242,7 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
 /// computes the same for any direction. This function omits the components perpendicular to the axis, because they
 /// cancel each other. A voxel without contact contributes 0. Returns true if any voxel stops the tool.
 template <class Real>
-TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
+TYPODONT_INLINE bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
   const EndLaw& law = task.law;
   if (std::has_single_bit(labels)) {
@@ -298,7 +298,7 @@ TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::ui
 }
 
 template <class Real>
-TYPODONT_KERNEL void add_stops(const Task<Real>& task, std::size_t first, const Block<Real>& b, EndLook& look) {
+TYPODONT_INLINE void add_stops(const Task<Real>& task, std::size_t first, const Block<Real>& b, EndLook& look) {
   const double h = task.law.voxel;
   const auto width = static_cast<float>(task.law.width);
   for (std::size_t i = 0; i < kBlock; ++i) {
@@ -316,11 +316,11 @@ struct Sum;
 template <>
 struct Sum<float> {
   alignas(64) float parts[kBlock] = {};
-  TYPODONT_KERNEL void add(const float* summands) {
+  TYPODONT_INLINE void add(const float* summands) {
     for (std::size_t i = 0; i < kBlock; ++i) parts[i] += summands[i];
   }
-  TYPODONT_KERNEL void add(std::size_t i, float summand) { parts[i] += summand; }
-  TYPODONT_KERNEL double total() const {
+  TYPODONT_INLINE void add(std::size_t i, float summand) { parts[i] += summand; }
+  TYPODONT_INLINE double total() const {
     double sum = 0;
     for (const float part : parts) sum += static_cast<double>(part);
     return sum;
@@ -329,15 +329,15 @@ struct Sum<float> {
 template <>
 struct Sum<double> {
   double sum = 0;
-  TYPODONT_KERNEL void add(const double* summands) {
+  TYPODONT_INLINE void add(const double* summands) {
     for (std::size_t i = 0; i < kBlock; ++i) sum += summands[i];
   }
-  TYPODONT_KERNEL void add(std::size_t, double summand) { sum += summand; }
-  TYPODONT_KERNEL double total() const { return sum; }
+  TYPODONT_INLINE void add(std::size_t, double summand) { sum += summand; }
+  TYPODONT_INLINE double total() const { return sum; }
 };
 
 template <class Real>
-TYPODONT_KERNEL void look_at_all(const Task<Real>& task, EndLook& look) {
+TYPODONT_INLINE void look_at_all(const Task<Real>& task, EndLook& look) {
   Sum<Real> engaged, drag, turning, tissue[kTissueCount], hardness[kTissueCount];
   Block<Real> b;
   alignas(64) Real grey[kBlock] = {};

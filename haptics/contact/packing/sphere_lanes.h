@@ -8,13 +8,13 @@
 
 namespace typodont::haptics::packing {
 
-TYPODONT_KERNEL void ball_volumes(const D8& r, D8& volume) {
+TYPODONT_INLINE void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
 /// Computes the volume of the overlap of two spheres (a lens) in each lane. The result has the same bits as
 /// lens_volume().
-TYPODONT_KERNEL void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
+TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;
   ball_volumes(r1 < r2 ? r1 : r2, whole);
@@ -23,7 +23,7 @@ TYPODONT_KERNEL void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& v
 }
 
 /// Computes for each lane the vector from nearest_on(a, b, (x, y, z)) to the point (x, y, z).
-TYPODONT_KERNEL void offsets_from_segment(const D8& x, const D8& y, const D8& z, const dvec3& a, const dvec3& b,
+TYPODONT_INLINE void offsets_from_segment(const D8& x, const D8& y, const D8& z, const dvec3& a, const dvec3& b,
                                           D8& off_x, D8& off_y, D8& off_z) {
   off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
   const dvec3 ab = b - a;

@@ -156,7 +156,7 @@ namespace {
 
 /// Computes SphereTissue::counted() (a sphere's part of the tissue's volume) for eight spheres, with the same bits. Not
 /// for Removal::kAsPrinted.
-TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
+TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
   D8 base, lens;

@@ -30,7 +30,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
 }
 
 /// Returns a bit mask of the spheres that are nearer than `reach` to the segment from a to b.
-TYPODONT_KERNEL unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+TYPODONT_INLINE unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
   D8 off_x, off_y, off_z;
@@ -46,7 +46,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
 
 /// Computes for each sphere the distance from a point to its surface, minus `offset`. Returns a bit mask of the spheres
 /// for which the result is less than `most`.
-TYPODONT_KERNEL unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
+TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
   x -= p.x, y -= p.y, z -= p.z;
@@ -75,7 +75,7 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, flo
 }
 
 /// Returns the box that contains the boxes of all children of a node.
-TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) {
+TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) {
   for (int a = 0; a < 3; ++a) {
     lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
     hi[a] = -least_of(-*reinterpret_cast<const F8*>(node.hi[a]));
@@ -83,7 +83,7 @@ TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) 
 }
 
 /// Computes the squared distance from a point to the box of each child; infinite for an empty box.
-TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
+TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
     const F8 below = *reinterpret_cast<const F8*>(node.lo[a]) - from[a],
@@ -94,7 +94,7 @@ TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& 
 }
 
 /// Returns a bit mask of those children of a node whose boxes are within the distance `reach` of a point.
-TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
+TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
@@ -116,7 +116,7 @@ struct Ray {
   F8 origin[3], inverse[3];
   float reach;
 };
-TYPODONT_KERNEL unsigned children_hit(const SphereTree::Node& node, const Ray& ray, float until, F8& enter) {
+TYPODONT_INLINE unsigned children_hit(const SphereTree::Node& node, const Ray& ray, float until, F8& enter) {
   F8 from = F8{} - 1e30f, to = F8{} + 1e30f;
   for (int a = 0; a < 3; ++a) {
     const F8 near = (*reinterpret_cast<const F8*>(node.lo[a]) - ray.reach - ray.origin[a]) * ray.inverse[a];

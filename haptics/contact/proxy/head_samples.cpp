@@ -30,7 +30,7 @@ struct FlatHead {
 
 /// Computes the signed distance of eight points from the head, and the gradient of this distance. Points are relative
 /// to the head's centre, along the axes of the voxel frame V.
-TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
+TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
                                         F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
     F8 length = x * x + y * y + z * z;
@@ -105,7 +105,7 @@ struct FlatField {
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
 };
 
-TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
+TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
   double pair[8];  // a double holds two floats, so that one load reads both
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
@@ -116,7 +116,7 @@ TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t
 
 /// Interpolates the distance field trilinearly at eight points. Returns values and gradients. All coordinates must be
 /// positive.
-TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
+TYPODONT_INLINE void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
                                   F8& gy, F8& gz) {
   const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8),
            iz = __builtin_convertvector(z, I8);
