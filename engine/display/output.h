@@ -78,7 +78,7 @@ class Compositor {
 struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};  // position of the pointer in the picture, −1..1, y up
-  // mouse buttons; true: down, or pressed and released since the last poll
+  // mouse buttons; true: down. Each poll shows at most one press or release of each button (button_queue.h).
   bool left = false, right = false, middle = false;
   bool shift = false;        // true if the shift key is down
   double wheel = 0;          // steps of the wheel since the last poll
@@ -90,9 +90,8 @@ struct UserInput {
     bool down;
     std::uint32_t typed = 0;  // code point of typed text; 0: the entry is a key
   };
-  std::vector<Key> keys;          // events in their order, including releases, repeats and typed text
-  std::array<bool, 3> clicked{};  // left, right, middle: true if pressed since the last poll
-  dvec2 pixel{-1, -1};            // pixels, position of the pointer from the picture's upper left corner
+  std::vector<Key> keys;  // events in their order, including releases, repeats and typed text
+  dvec2 pixel{-1, -1};    // pixels, position of the pointer from the picture's upper left corner
   bool focused = true;
 
   std::vector<std::string> dropped;  // files and folders that the user dropped on the window since the last poll

@@ -151,6 +151,12 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool("search --name Typodont windowfocus");
     std::this_thread::sleep_for(300ms);
   }
+  /// Returns the height of the start page's window in pixels; the screen limits it.
+  static int window_height() {
+    const std::string window = Desktop::xdotool("search --name '^Typodont$'");
+    const std::string shell = Desktop::xdotool("getwindowgeometry --shell " + window.substr(0, window.find('\n')));
+    return std::stoi(shell.substr(shell.find("HEIGHT=") + 7));
+  }
   /// Presses a key, and waits so long that the window notices the press and the release.
   static void press(const std::string& key) {
     Desktop::xdotool("key --delay 60 " + key);
@@ -281,6 +287,23 @@ TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
   ASSERT_FALSE(program.wait_for("session started: ").empty());
   EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
   press("Escape");
+  program.wait_for("session ended");
+  expect_exact_replay(program.wait_for("report written: "));
+}
+
+TEST_F(OperatorWindow, AClickWithinTheFrameInWhichADragEndsIsNotLost) {
+  let_the_hand_rest();
+  Program program(folder);
+  open(program);
+  const int height = window_height();
+  choose_block_and_script();
+  press("F5");
+  ASSERT_FALSE(program.wait_for("session started: ").empty());
+  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
+  Desktop::xdotool("mousemove 640 300 mousedown 1");
+  std::this_thread::sleep_for(1s);  // the drag has begun
+  // xdotool sends the release, the motion to the button "End", the press and the release at once.
+  Desktop::xdotool(fmt::format("mouseup 1 mousemove 940 {} click 1", height - 138));
   program.wait_for("session ended");
   expect_exact_replay(program.wait_for("report written: "));
 }
@@ -716,8 +739,7 @@ TEST_F(OperatorWindow, ARaggedScanIsDroppedImportedAndCarvedWithTheMouseAlone) {
   Program program(folder);
   open(program);
   const std::string window = Desktop::xdotool("search --name '^Typodont$'");
-  const std::string shell = Desktop::xdotool("getwindowgeometry --shell " + window.substr(0, window.find('\n')));
-  const int height = std::stoi(shell.substr(shell.find("HEIGHT=") + 7));  // pixels; the screen limits it
+  const int height = window_height();
   const render::Picture start = desktop.screen(kScreen);
   EXPECT_TRUE(drop_on(std::stoul(window), {file.string()}));
   choose_scanned_surface(start);

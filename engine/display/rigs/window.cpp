@@ -6,12 +6,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <thread>
 #include <utility>
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/display/button_queue.h"
 #include "engine/display/output.h"
 #include "engine/display/rigs/desktop_events.h"
 #include "engine/display/rigs/shared_picture.h"
@@ -73,7 +75,7 @@ class Window final : public Output {
       self(w).events_.keys.push_back({0, false, code});
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
-      if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
+      if (button < 3) self(w).buttons_[static_cast<std::size_t>(button)].add(action == GLFW_PRESS);
     });
     glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
       self(w).events_.dropped.insert(self(w).events_.dropped.end(), paths, paths + count);
@@ -210,13 +212,9 @@ class Window final : public Output {
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
-    // If a click is shorter than one loop of the caller, it still counts as a press.
-    const auto down = [&](int button) {
-      return glfwGetMouseButton(window_, button) == GLFW_PRESS || input.clicked[static_cast<std::size_t>(button)];
-    };
-    input.left = down(GLFW_MOUSE_BUTTON_LEFT);
-    input.right = down(GLFW_MOUSE_BUTTON_RIGHT);
-    input.middle = down(GLFW_MOUSE_BUTTON_MIDDLE);
+    input.left = buttons_[GLFW_MOUSE_BUTTON_LEFT].next();
+    input.right = buttons_[GLFW_MOUSE_BUTTON_RIGHT].next();
+    input.middle = buttons_[GLFW_MOUSE_BUTTON_MIDDLE].next();
     input.shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
                   glfwGetKey(window_, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
     input.pixel = at * dvec2(extent_);
@@ -424,10 +422,11 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;               // true if the last target was presented but is not yet shown
-  int polls_ = 0;                      // number of polls since the last target was presented
-  UserInput events_;                   // input events of the user since the last call of poll()
-  std::uint64_t events_at_query_ = 0;  // number of desktop events at the last query
+  bool unshown_ = false;                // true if the last target was presented but is not yet shown
+  int polls_ = 0;                       // number of polls since the last target was presented
+  UserInput events_;                    // input events of the user since the last call of poll()
+  std::array<ButtonQueue, 3> buttons_;  // left, right, middle
+  std::uint64_t events_at_query_ = 0;   // number of desktop events at the last query
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};
   bool on_screen_ = false, focused_ = false;
