@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/contact/offset/retreat_path.h"
@@ -148,6 +149,52 @@ TEST(Retreat, APathHasNoLoopsAndIsBounded) {
   EXPECT_NEAR(path.last().x, 100, 0.8);
   EXPECT_NEAR(static_cast<double>(path.nearest({50, 3, 0}, 4)), 50, 1);
   EXPECT_EQ(path.nearest({50, 3, 0}, 2), path.size());
+}
+
+TEST(Retreat, APathEqualsOneThatComparesEachNewPointWithAllItsPoints) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  RetreatPath path;
+  std::vector<dvec3> simple;
+  const auto begin = [&](const dvec3& c) {
+    path.begin(c);
+    simple = {c};
+  };
+  const auto add = [&](const dvec3& c) {
+    path.add(c);
+    const double moved = glm::length(c - simple.back());
+    if (moved > 8) simple = {c};
+    if (moved > 8 || moved < 0.5) return;
+    const auto visited =
+        std::find_if(simple.begin(), simple.end(), [&](const dvec3& p) { return glm::length(c - p) <= 0.7; });
+    if (visited != simple.end()) return simple.resize(static_cast<std::size_t>(visited - simple.begin()) + 1);
+    if (simple.size() == 512) {
+      for (std::size_t i = 0; i < 256; ++i) simple[i] = simple[2 * i];
+      simple.resize(256);
+    }
+    simple.push_back(c);
+  };
+  dvec3 c(0), way(1, 0, 0);
+  begin(c);
+  std::size_t longest = 0, turned_back = 0;
+  for (int i = 0; i < 50'000; ++i) {
+    // The hand moves on, sometimes turns, sometimes leaps, and sometimes follows its path back.
+    if (i % 50 == 0) way = dvec3(uniform(random), uniform(random), uniform(random));
+    c += way * (i % 5000 == 4999 ? 10.0 : 0.3 + uniform(random));
+    if (i % 400 == 399) {
+      for (int k = 0; k < 30 && path.size() > 1; ++k) path.drop_last(), simple.pop_back();
+      c = path.last();
+    }
+    if (i % 9000 == 8999) begin(c);
+    const std::size_t size = simple.size();
+    add(c);
+    turned_back += simple.size() < size;
+    longest = std::max(longest, size);
+    ASSERT_EQ(path.size(), simple.size()) << i;
+    ASSERT_EQ(path.last(), simple.back()) << i;
+  }
+  EXPECT_GT(turned_back, 100u);
+  EXPECT_GT(longest, 500u);
 }
 
 }  // namespace

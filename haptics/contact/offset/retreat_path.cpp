@@ -12,13 +12,26 @@ double square(const dvec3& v) {
 
 }  // namespace
 
+/// Sets far_ as large as a search from the start of the path can prove it for the position c.
+void RetreatPath::find_far_points(const dvec3& c) noexcept {
+  far_ = 0;
+  far_from_ = c;
+  while (far_ < points_.size()) {
+    const double off = glm::length(c - points_[far_]) - kSamePlace - kFar;
+    if (off <= 0) break;
+    far_ += std::max<std::size_t>(1, static_cast<std::size_t>(off / longest_));
+  }
+  far_ = std::min(far_, points_.size());
+}
+
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
   // Finds the first path point at the same place as the new point c. Consecutive path points are at most longest_
   // apart, so the distance of c from one path point shows how many of the next points are certainly too far away. These
   // points are skipped.
-  std::size_t visited = 0;
+  if (!(square(c - far_from_) < kFar * kFar)) find_far_points(c);
+  std::size_t visited = far_;
   while (visited < points_.size()) {
     const double off = glm::length(c - points_[visited]) - kSamePlace;
     if (off <= 0) break;
@@ -32,6 +45,7 @@ void RetreatPath::add(const dvec3& c) noexcept {
     for (std::size_t i = 0; i < kMost / 2; ++i) points_[i] = points_[2 * i];
     points_.resize(kMost / 2);
     longest_ *= 2;
+    far_ = 0;
   }
   longest_ = std::max(longest_, glm::length(c - points_.back()));
   points_.push_back(c);
