@@ -58,15 +58,36 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Returns the mean CPU time of a tick, ns. Patches (copies of the field around the tool) are passed as in a session
-/// (PatchExchange, four patches), and not in the simpler way of LockStep (two patches). Unlike measure(), this function
-/// does not read the clock within a tick.
-double measure_session(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings, int ticks) {
+/// Passes patches (copies of the field around the tool) to the servo as LockStep does, with two patches.
+struct LockStepPassing {
+  explicit LockStepPassing(Carver&) {}
+  void pass(Scene& scene) {
+    if (!scene.carver.snapshot_due(scene.last)) return;
+    scene.steps.take_snapshot(scene.carver.snapshot_center(scene.last));
+    scene.steps.adopt_snapshot();
+  }
+};
+/// Passes patches (copies of the field around the tool) to the servo as in a session, with four patches.
+struct SessionPassing {
+  explicit SessionPassing(Carver& carver) : exchange(carver) {}
+  void pass(Scene& scene) {
+    exchange.keep_up(scene.carver, scene.last.patch);
+    if (scene.carver.snapshot_due(scene.last)) exchange.offer(scene.carver, scene.carver.snapshot_center(scene.last));
+    if (Snapshot* const fresh = exchange.take(scene.servo.snapshot(), scene.last.cuts, scene.t))
+      scene.servo.adopt(*fresh);
+  }
+  PatchExchange exchange;
+};
+
+/// Returns the mean time of a tick of the whole program, ns: servo, carver (owner of the tissue) and transfer of
+/// patches (copies of the field around the tool). All of them run on one thread, so the CPU time of this thread is the
+/// time of the whole program. The clock is not read within a tick, because this may take as long as half of a tick.
+template <class Passing>
+double measure_program(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings, int ticks) {
   double least = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {
     Scene scene(dense, settings);
-    Carver& carver = scene.carver;
-    PatchExchange exchange(carver);
+    Passing passing(scene.carver);
     const auto hand = c.hand();
     Nanos start = 0;
     for (int i = 0; i < kApproach + ticks; ++i) {
@@ -74,51 +95,29 @@ double measure_session(const ProcessCase& c, const DenseTissue& dense, const Ser
       const Pose X_WT = hand(i, scene.last, settings.tick);
       scene.t += from_seconds(settings.tick);
       if (i == 0) scene.last.X_WT = scene.last.X_WG = X_WT;
-      exchange.keep_up(carver, scene.last.patch);
-      if (carver.snapshot_due(scene.last)) exchange.offer(carver, carver.snapshot_center(scene.last));
-      if (Snapshot* const fresh = exchange.take(scene.servo.snapshot(), scene.last.cuts, scene.t))
-        scene.servo.adopt(*fresh);
-      if (scene.servo.tick({scene.t, X_WT, c.pedal}, scene.last, scene.cut)) carver.apply(scene.cut);
+      passing.pass(scene);
+      if (scene.servo.tick({scene.t, X_WT, c.pedal}, scene.last, scene.cut)) scene.carver.apply(scene.cut);
     }
     least = std::min(least, static_cast<double>(thread_cpu_time() - start) / ticks);
   }
   return least;
 }
 
-/// CPU time of a run. Servo, carver (owner of the tissue) and transfer of patches (copies of the field) run on one
-/// thread, so the CPU time of this thread is the time of the whole program.
-struct ProcessTime {
-  // ns, mean time of a tick of the whole program: servo, carver (owner of the tissue) and transfer of patches (copies
-  // of the field)
-  double all = std::numeric_limits<double>::infinity();
-  double session = 0;  // ns, as `all`, but the patches are passed to the servo as in a session (measure_session())
-  std::vector<double> servo;  // ns, time of the servo in each tick
-};
-ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
-  ServoSettings settings;
-  settings.tool = c.tool;
-  settings.method = options.method;
-  settings.spindle.free_speed = 300 * kKrpm;
-  // ns. LockStep reads the clock twice in each tick. These readings belong to the measurement and not to the program.
-  const double readings = 2 * clock_ns();
-  ProcessTime time;
-  time.session = measure_session(c, dense, settings, options.ticks);
-  time.servo = least_of([&] {
+/// Returns the CPU time of the servo in each tick, ns.
+std::vector<double> measure_servo(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings,
+                                  int ticks) {
+  return least_of([&] {
     Scene scene(dense, settings);
     const auto hand = c.hand();
     std::vector<double> servo;
-    Nanos start = 0;
-    for (int i = 0; i < kApproach + options.ticks; ++i) {
-      if (i == kApproach) start = thread_cpu_time();
+    for (int i = 0; i < kApproach + ticks; ++i) {
       const Pose X_WT = hand(i, scene.last, settings.tick);
       scene.t += from_seconds(settings.tick);
       scene.steps.tick({scene.t, X_WT, c.pedal}, scene.last, scene.cut);
       if (i >= kApproach) servo.push_back(static_cast<double>(scene.last.cpu_time));
     }
-    time.all = std::min(time.all, static_cast<double>(thread_cpu_time() - start) / options.ticks - readings);
     return servo;
   });
-  return time;
 }
 
 }  // namespace
@@ -126,21 +125,28 @@ ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchO
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   for (const double voxel_mm : options.voxels_mm) {
     for (const ProcessCase& c : cases()) {
-      const ProcessTime time = measure(c, tissue(c.solids, voxel_mm), options);
+      const DenseTissue dense = tissue(c.solids, voxel_mm);
+      ServoSettings settings;
+      settings.tool = c.tool;
+      settings.method = options.method;
+      settings.spindle.free_speed = 300 * kKrpm;
+      const double session = measure_program<SessionPassing>(c, dense, settings, options.ticks);
+      const double lock_step = measure_program<LockStepPassing>(c, dense, settings, options.ticks);
+      const std::vector<double> servo = measure_servo(c, dense, settings, options.ticks);
       const std::string knob = fmt::format("voxel {:g} mm", voxel_mm), of = ", " + c.name;
-      const double mean = std::accumulate(time.servo.begin(), time.servo.end(), 0.0) / options.ticks;
-      const double median = quantile(time.servo, 0.5);
+      const double mean = std::accumulate(servo.begin(), servo.end(), 0.0) / options.ticks;
+      const double median = quantile(servo, 0.5);
       rows.push_back({"process time, servo alone" + of, knob, BenchRow::kNone, "", mean, "tick"});
-      rows.push_back({"process time, servo, carver and hand-over" + of, knob, BenchRow::kNone, "", time.all, "tick",
-                      "the servo alone", time.all / mean});
-      rows.push_back({"process time, patches passed as in a session" + of, knob, BenchRow::kNone, "", time.session,
-                      "tick", "the servo alone", time.session / mean});
+      rows.push_back({"process time, servo, carver and hand-over" + of, knob, BenchRow::kNone, "", lock_step, "tick",
+                      "the servo alone", lock_step / mean});
+      rows.push_back({"process time, patches passed as in a session" + of, knob, BenchRow::kNone, "", session, "tick",
+                      "the servo alone", session / mean});
       for (const double fraction : {0.5, 0.99, 0.999}) {
-        const double ns = quantile(time.servo, fraction);
+        const double ns = quantile(servo, fraction);
         rows.push_back({fmt::format("servo's tick, {:g} %{}", 100 * fraction, of), knob, BenchRow::kNone, "", ns,
                         "tick", "its median", ns / median});
       }
-      histogram_rows("servo's tick, histogram" + of, knob, time.servo, rows);
+      histogram_rows("servo's tick, histogram" + of, knob, servo, rows);
     }
   }
 }
