@@ -90,9 +90,15 @@ class TissueVolume {
   /// Returns a number that identifies the present state of the tissue, for written_since(). It is never 0, and
   /// different volumes have different numbers.
   std::uint64_t mark();
-  /// Sets `written` to the bounding box (voxels) of all writes of carve() and fill() since `mark`. Returns false if
-  /// these writes are not known any more, because the mark is too old, or because of an undo or painting.
-  bool written_since(std::uint64_t mark, VoxelBox& written) const;
+  /// The writes of carve() and fill() since a mark.
+  struct Written {
+    VoxelBox box;                    // bounding box, voxels
+    std::vector<glm::ivec3> leaves;  // first voxels of the leaves (8³ samples) with the writes; some may occur twice
+    bool listed = true;              // true: `leaves` contains all leaves; false: only `box` is known
+  };
+  /// Sets `written` to all writes of carve() and fill() since `mark`. Returns false if these writes are not known any
+  /// more, because the mark is too old, or because of an undo or painting.
+  bool written_since(std::uint64_t mark, Written& written) const;
   /// Returns the number of changes so far that the servo does not make in its patch (copy of the tissue) itself. These
   /// are all changes other than cuts and fillings: undo, redo, the removal of a loose piece, painting, a placed
   /// implant.
@@ -106,6 +112,9 @@ class TissueVolume {
   };
   /// Copies samples as copy_for_patch() does, but only those of `part`, which is inside the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
+  /// Copies samples as copy_part() does, but only those of whole leaves (8³ samples), which are inside the box.
+  /// `leaves`: their first voxels.
+  void copy_leaves(const Copied& box, std::span<const glm::ivec3> leaves) const;
   /// Appends the leaves of `part` to `step`, with their samples as copy_for_patch() copies them. `part` consists of
   /// whole leaves (8³ samples), and `step` must have memory for them.
   void copy_step(const VoxelBox& part, PatchStep& step) const;

@@ -32,6 +32,7 @@ class LeafFront {
         nullptr;           // the samples of `leaf`; stored here, because reading them from the leaf waits for memory
     Kept* kept = nullptr;  // copy of the leaf (8³ samples) with which the present stroke can be undone; null: no stroke
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
+    std::uint64_t logged = 0;  // last mark (number of a state) after which the leaf was added to the list of writes
     // path length in voxels at which each block of the leaf must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };

@@ -94,9 +94,22 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
   bricks_around(lo, hi).for_each([&](const glm::ivec3& brick) { keys.insert(brick); });
 }
 
-void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
+void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
+  if (writes.empty() || place.logged == marked) return;
+  place.logged = marked;
+  // largest number of listed leaves; it is not much faster to copy so many leaves than a whole patch (the servo's copy)
+  constexpr std::size_t kMost = 2048;
+  Written& written = writes.back();
+  if (written.leaves.size() == kMost) written.listed = false;
+  if (written.listed) written.leaves.push_back(lo);
+}
+
+void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed) {
   if (lo.x > hi.x) return;
-  if (!writes.empty()) extend(writes.back(), {lo, hi});
+  if (!writes.empty()) {
+    extend(writes.back().box, {lo, hi});
+    writes.back().listed &= listed;
+  }
   const BrickBox bricks = bricks_around(lo, hi);
   if (glm::all(glm::greaterThanEqual(bricks.lo, marked_lo)) && glm::all(glm::lessThanEqual(bricks.hi, marked_hi))) {
     return;
@@ -131,13 +144,13 @@ std::uint64_t TissueVolume::mark() {
   // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch (the servo's
   // copy of the tissue) needs one mark, and a session uses fewer patches at the same time
   constexpr std::size_t kMost = 32;
-  if (!v.writes.empty() && v.writes.back().empty()) return v.marked;  // nothing was written since the last mark
+  if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
   if (v.writes.size() > kMost) v.writes.pop_front();
   return ++v.marked;
 }
 
-bool TissueVolume::written_since(std::uint64_t mark, VoxelBox& written) const {
+bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
   // Number of marks (numbered states of the tissue) since which the writes are known. The newest of these marks is
@@ -145,7 +158,10 @@ bool TissueVolume::written_since(std::uint64_t mark, VoxelBox& written) const {
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
-    if (!v.writes[i].empty()) extend(written, v.writes[i]);
+    const Written& since = v.writes[i];
+    if (!since.box.empty()) extend(written.box, since.box);
+    written.listed &= since.listed;
+    if (written.listed) written.leaves.insert(written.leaves.end(), since.leaves.begin(), since.leaves.end());
   }
   return true;
 }
@@ -244,10 +260,12 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     if (!leaf.changed) continue;
     if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
     place.cut = true;
+    v.log_write(leaf.lo, place);
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
     if (leaf.emptied) carved.blocks.push_back({leaf_key(leaf.lo), solid_bits(leaf.distance)});
   }
-  v.mark_changed(carved.box.lo, carved.box.hi);
+  // If there are fillings, restore_labels() may also write to other leaves.
+  v.mark_changed(carved.box.lo, carved.box.hi, v.filled.empty());
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;
 }
@@ -276,7 +294,7 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
       }
     }
   }
-  v.mark_changed(carved.box.lo, carved.box.hi);
+  v.mark_changed(carved.box.lo, carved.box.hi, false);
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;
 }
@@ -368,7 +386,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
       }
     }
   }
-  v.mark_changed(changed_lo, changed_hi);
+  v.mark_changed(changed_lo, changed_hi, false);
   v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
 }
@@ -440,7 +458,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
       }
     }
   }
-  v.mark_changed(changed_lo, changed_hi);
+  v.mark_changed(changed_lo, changed_hi, false);
   v.restore_labels(*this, changed_lo, changed_hi);
   volume[0] = 0;
   for (double& fraction : volume) fraction *= v.frame.voxel * v.frame.voxel * v.frame.voxel;

@@ -120,9 +120,9 @@ struct TissueVolume::Impl {
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
   KeySet filled;  // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
-  // Bounding boxes (voxels) of the writes after each of the last marks (numbers of states, TissueVolume::mark), oldest
-  // first; the last mark is `marked`. Empty: the writes before `marked` are unknown.
-  std::deque<VoxelBox> writes;
+  // The writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
+  // `marked`. Empty: the writes before `marked` are unknown.
+  std::deque<Written> writes;
   std::uint64_t marked = first_mark();
   std::uint64_t foreign_changes = 0;  // see TissueVolume::foreign_changes()
   std::vector<StrokeKept> strokes;
@@ -155,8 +155,10 @@ struct TissueVolume::Impl {
   void complete_stroke();
 
   /// Adds to `changed` and `carved` the bricks (blocks that are drawn as one) of the box lo..hi that a cut or a filling
-  /// has changed. If lo > hi, adds none.
-  void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
+  /// has changed. If lo > hi, adds none. `listed`: true if log_write() was called for all changed leaves.
+  void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed);
+  /// Adds a leaf to the list of the leaves with writes, unless it is already in it. `lo`: its first voxel.
+  void log_write(const glm::ivec3& lo, LeafFront::Place& place);
 
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
@@ -169,9 +171,10 @@ struct TissueVolume::Impl {
     float distance;
     std::int32_t label;
   };
+  class LeafFinder;
   /// Returns the leaves of `part`, which consists of whole leaves.
   std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
-  void copy_whole_leaves(const Copied& box, const VoxelBox& part) const;
+  void copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const;
 
   // A file stores label, hardness and the label before a filling in separate grids (StoredVolume). Saving extracts the
   // hardness first; loading inserts it last.

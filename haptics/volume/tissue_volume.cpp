@@ -323,8 +323,8 @@ void copy_rows(int length, const Arguments&... arguments) {
 /// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
 /// value) that contains it.
 template <class Grid, class Out, class Convert>
-void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
-                 const Convert& converted) {
+void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
+              const Convert& converted) {
   using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
   struct Stretch {  // a whole row of a leaf, or samples of a row that have one value
@@ -430,14 +430,27 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
   }
 }
 
-/// Prefetches the values of a leaf. `leaf` may be null.
+/// Prefetches the values of a leaf. `leaf` may be null. The values go to the second-level cache, because it can wait
+/// for more lines of memory at the same time than the first-level cache.
 template <class Leaf>
 void prefetch_leaf(const Leaf* leaf) {
   if (!leaf) return;
-  constexpr int line = 64 / sizeof(typename Leaf::ValueType);
+  constexpr int line = 64 / sizeof(typename Leaf::ValueType), kSecondLevel = 2;
   const auto* const values = leaf->buffer().data();
-  for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i);
+  for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i, 0, kSecondLevel);
 }
+
+/// Calls copy(source) for all leaves, and load(source) a few leaves earlier. While the processor copies a leaf, it then
+/// already loads the next leaves. Otherwise it would wait for memory during most of the copying.
+template <class Sources, class Load, class Copy>
+void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
+  constexpr std::size_t kAhead = 4;  // leaves; with more of them, the copying is not faster
+  for (std::size_t i = 0; i < sources.size() + kAhead; ++i) {
+    if (i < sources.size()) load(sources[i]);
+    if (i >= kAhead) copy(sources[i - kAhead]);
+  }
+}
+
 /// Returns true if all samples of `part` belong to leaves (8³ samples) that lie completely in `part`, and if the rows
 /// of the dense block begin at the rows of leaves.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
@@ -447,55 +460,61 @@ bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
 
 }  // namespace
 
+/// Finds leaves by the position of their first voxel.
+class TissueVolume::Impl::LeafFinder {
+ public:
+  explicit LeafFinder(const Impl& volume)
+      : distances_(volume.distance->getConstAccessor()), labels_(volume.tissue->getConstAccessor()) {}
+  LeafSource operator()(const glm::ivec3& lo) const {
+    const openvdb::Coord origin = coord(lo);
+    LeafSource source{lo, distances_.probeConstLeaf(origin), labels_.probeConstLeaf(origin), 0, 0};
+    if (source.distances) {
+      __builtin_prefetch(&source.distances->buffer());
+    } else {
+      source.distance = distances_.getValue(origin);
+    }
+    if (source.labels) {
+      __builtin_prefetch(&source.labels->buffer());
+    } else {
+      source.label = labels_.getValue(origin);
+    }
+    return source;
+  }
+
+ private:
+  openvdb::FloatGrid::ConstAccessor distances_;
+  openvdb::Int32Grid::ConstAccessor labels_;
+};
+
 std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const VoxelBox& part) const {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const glm::ivec3 leaves = (part.hi - part.lo + 1) / n;
   std::vector<LeafSource> sources;
   sources.reserve(static_cast<std::size_t>(leaves.x) * leaves.y * leaves.z);
-  auto distances = distance->getConstAccessor();
-  auto labels = tissue->getConstAccessor();
+  const LeafFinder find(*this);
   for (int x = part.lo.x; x <= part.hi.x; x += n) {
     for (int y = part.lo.y; y <= part.hi.y; y += n) {
-      for (int z = part.lo.z; z <= part.hi.z; z += n) {
-        const openvdb::Coord origin(x, y, z);
-        LeafSource source{{x, y, z}, distances.probeConstLeaf(origin), labels.probeConstLeaf(origin), 0, 0};
-        if (source.distances) {
-          __builtin_prefetch(&source.distances->buffer());
-        } else {
-          source.distance = distances.getValue(origin);
-        }
-        if (source.labels) {
-          __builtin_prefetch(&source.labels->buffer());
-        } else {
-          source.label = labels.getValue(origin);
-        }
-        sources.push_back(source);
-      }
+      for (int z = part.lo.z; z <= part.hi.z; z += n) sources.push_back(find({x, y, z}));
     }
   }
   return sources;
 }
 
-/// Copies the samples of `part`, for which has_whole_leaves() is true. First finds the leaves, and then copies them, so
-/// that the processor can wait for the memory of several leaves at the same time.
-void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& part) const {
+/// Copies whole leaves into a box, for which has_whole_leaves() is true. The leaves were found before, so that the
+/// processor can wait for the memory of several leaves at the same time.
+void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const auto place = [&](const LeafSource& source) {
     const glm::ivec3 at = source.lo - box.lo;
     return at.x * stride_x + at.y * stride_y + at.z;
   };
-  const std::vector<LeafSource> sources = leaves_in(part);
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const LeafSource& source = sources[i];
-    // While the processor copies a leaf, it already loads the next leaf and the rows to which this leaf will be copied.
-    // Otherwise it would wait for memory during most of the copying.
-    if (i + 1 < sources.size()) {
-      const LeafSource& next = sources[i + 1];
-      prefetch_leaf(next.distances);
-      prefetch_rows(box.distance + place(next), stride_x, stride_y);
-      prefetch_rows(box.tissue + place(next), stride_x, stride_y);
-      prefetch_leaf(next.labels);
-    }
+  const auto load = [&](const LeafSource& source) {
+    prefetch_leaf(source.distances);
+    prefetch_leaf(source.labels);
+    prefetch_rows(box.distance + place(source), stride_x, stride_y);
+    prefetch_rows(box.tissue + place(source), stride_x, stride_y);
+  };
+  copy_in_turn(sources, load, [&](const LeafSource& source) {
     const std::ptrdiff_t to = place(source);
     if (source.distances) {
       copy_distances(source.distances->buffer().data(), box.distance + to, stride_x, stride_y);
@@ -507,33 +526,31 @@ void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& pa
     } else {
       fill_leaf(label_in(source.label), box.tissue + to, stride_x, stride_y);
     }
-    if (!box.hardness) continue;
+    if (!box.hardness) return;
     if (source.labels) {
       copy_leaf(source.labels->buffer().data(), box.hardness + to, stride_x, stride_y, kHardnessKept);
     } else {
       fill_leaf(hardness_kept_in(source.label), box.hardness + to, stride_x, stride_y);
     }
-  }
+  });
 }
 
 void TissueVolume::copy_step(const VoxelBox& part, PatchStep& step) const {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, stride_y = n, stride_x = n * n;
   static_assert(n == kLeafSide && n == PatchStep::kSide);
-  const std::vector<Impl::LeafSource> sources = impl_->leaves_in(part);
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const Impl::LeafSource& source = sources[i];
-    if (i + 1 < sources.size()) {  // see copy_whole_leaves()
-      prefetch_leaf(sources[i + 1].distances);
-      prefetch_leaf(sources[i + 1].labels);
-    }
+  const auto load = [](const Impl::LeafSource& source) {
+    prefetch_leaf(source.distances);
+    prefetch_leaf(source.labels);
+  };
+  copy_in_turn(impl_->leaves_in(part), load, [&](const Impl::LeafSource& source) {
     step.add({source.lo, !source.distances, !source.labels, source.distance, label_in(source.label),
               hardness_kept_in(source.label)});
     const PatchStep::Samples to = step.samples(step.size() - 1);
     if (source.distances) copy_distances(source.distances->buffer().data(), to.distance, stride_x, stride_y);
-    if (!source.labels) continue;
+    if (!source.labels) return;
     copy_labels(source.labels->buffer().data(), to.label, stride_x, stride_y);
     if (to.hardness) copy_leaf(source.labels->buffer().data(), to.hardness, stride_x, stride_y, kHardnessKept);
-  }
+  });
 }
 
 void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
@@ -541,7 +558,7 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   copy_for_patch(lo, size, distance, tissue);
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
   if (tissue && !impl_->filled.empty()) std::transform(tissue, tissue + count, tissue, shown);
-  if (hardness) copy_leaves(*impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
+  if (hardness) copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
 }
 
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
@@ -561,10 +578,19 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
   static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches (the servo's copies) and int32 in the grid
-  if (box.distance && box.tissue && has_whole_leaves(box, part)) return impl_->copy_whole_leaves(box, part);
-  if (box.distance) copy_leaves(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
-  if (box.tissue) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
-  if (box.hardness) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
+  if (box.distance && box.tissue && has_whole_leaves(box, part))
+    return impl_->copy_whole_leaves(box, impl_->leaves_in(part));
+  if (box.distance) copy_box(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
+  if (box.tissue) copy_box(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
+  if (box.hardness) copy_box(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
+}
+
+void TissueVolume::copy_leaves(const Copied& box, std::span<const glm::ivec3> leaves) const {
+  std::vector<Impl::LeafSource> sources;
+  sources.reserve(leaves.size());
+  const Impl::LeafFinder find(*impl_);
+  for (const glm::ivec3& lo : leaves) sources.push_back(find(lo));
+  impl_->copy_whole_leaves(box, sources);
 }
 
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,

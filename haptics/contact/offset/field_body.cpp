@@ -117,21 +117,18 @@ glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
 
 /// Moves a patch (copy of the field around the tool) so that its first voxel is `lo`, and updates its samples from the
 /// volume. If the writes since the last copy are known, only three parts are copied: these writes, the samples that the
-/// servo wrote itself, and the new samples on the sides to which the patch has moved. around(box) returns the box of
-/// the patch's samples that may have changed if voxels in `box` were written; copy_part(box) copies a box of samples.
-template <class Around, class CopyPart>
-void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, Around around, CopyPart copy_part) {
-  VoxelBox written;
+/// servo wrote itself, and the new samples on the sides to which the patch has moved. copy_part(box) copies a box of
+/// samples. copy_written(written, inside) copies those samples in the box `inside` that may have changed if `written`
+/// was written.
+template <class CopyPart, class CopyWritten>
+void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
+  TissueVolume::Written written;
   const VoxelBox before = volume_.written_since(patch.copied_at, written) ? box_of(patch) : VoxelBox{};
   patch.move_to(lo);
   for_new_slabs(box_of(patch), before, copy_part);
-  VoxelBox again{patch.written_lo, patch.written_hi};
-  if (!written.empty()) {
-    const VoxelBox changed = around(written);
-    again = again.empty() ? changed : VoxelBox{glm::min(again.lo, changed.lo), glm::max(again.hi, changed.hi)};
-  }
-  if (!again.empty()) again = common(common(box_of(patch), before), again);
-  if (!again.empty()) copy_part(again);
+  const VoxelBox stays = common(box_of(patch), before), own = common(stays, {patch.written_lo, patch.written_hi});
+  if (!stays.empty() && !written.box.empty()) copy_written(written, stays);
+  if (!own.empty()) copy_part(own);
   patch.written_lo = glm::ivec3(INT_MAX), patch.written_hi = glm::ivec3(INT_MIN);
   patch.copied_at = volume_.mark();
 }
@@ -154,26 +151,32 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
     // The coarse patch is never a step. The servo's own samples cannot stay, because it cuts its coarse patch in longer
     // steps than the carver cuts the volume.
-    renew(
-        coarse, center / n - coarse_.edge / 2,
-        [n](const VoxelBox& written) { return TissueVolume::every_around(n, written); },
-        [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); });
+    const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
+    renew(coarse, center / n - coarse_.edge / 2, copy_part,
+          [&](const TissueVolume::Written& written, const VoxelBox& inside) {
+            const VoxelBox changed = common(TissueVolume::every_around(n, written.box), inside);
+            if (!changed.empty()) copy_part(changed);
+          });
   }
   mark_cut_boxes(patch);
 }
 
 /// Copies the samples of a complete patch (copy of the field around the tool) whose first voxel is `lo`.
 void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
-  renew(
-      patch, lo,
-      [](const VoxelBox& written) {  // a write may change the labels of voxels beside it
-        return VoxelBox{written.lo - 1, written.hi + 1};
-      },
-      [&](VoxelBox part) {
-        // The box is extended to whole leaves (8³ samples), because they are copied faster.
-        for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
-        volume_.copy_part(whole(patch), common(part, box_of(patch)));
-      });
+  const auto copy_part = [&](VoxelBox part) {
+    // The box is extended to whole leaves (8³ samples), because they are copied faster.
+    for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
+    volume_.copy_part(whole(patch), common(part, box_of(patch)));
+  };
+  renew(patch, lo, copy_part, [&](TissueVolume::Written& written, const VoxelBox& inside) {
+    if (written.listed && laws_ >= kLawsOfAlignedPatches) {
+      std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
+      return volume_.copy_leaves(whole(patch), written.leaves);
+    }
+    // A write may change the labels of voxels beside it.
+    const VoxelBox changed = common({written.box.lo - 1, written.box.hi + 1}, inside);
+    if (!changed.empty()) copy_part(changed);
+  });
 }
 
 /// If the servo will hold the patch (copy of the field around the tool) that was copied last, with the number `held`,

@@ -45,8 +45,8 @@ class FieldBody : public TissueBody {
   }
 
  private:
-  template <class Around, class CopyPart>
-  void renew(SurfacePatch& patch, const glm::ivec3& lo, Around around, CopyPart copy_part);
+  template <class CopyPart, class CopyWritten>
+  void renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written);
   bool copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held);
   void cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo);
   glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
