@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <vector>
 
 namespace typodont::haptics::importing {
@@ -14,26 +16,33 @@ constexpr int kBall = 6;  // voxels, radius of the ball; it reaches beyond the f
 
 // A sample of the ball around a sample, in which the sum of the fractions is compared with the labels.
 struct BallSample {
-  glm::ivec3 step;  // position relative to the middle of the ball
-  double label;     // weight of the sample's label; it decreases from 1 in the middle to 0 at the edge of the ball
+  double label;  // weight of the sample's label; it decreases from 1 in the middle to 0 at the edge of the ball
   // Weight of the sample's fraction. The blur spreads a thin tissue to samples with a smaller weight; these weights are
   // therefore sharpened, so that the blur does not change the weighted sum.
   double fraction;
 };
+// The samples of the ball at one x and y, relative to the middle of the ball. They are neighbours along z.
+struct BallRow {
+  int x, y, half;                   // z is from -half to half
+  std::vector<BallSample> samples;  // in the order of z
+};
 
-std::vector<BallSample> ball_samples(double blur) {
-  std::vector<BallSample> ball;
+std::vector<BallRow> ball_rows(double blur) {
+  std::vector<BallRow> ball;
   constexpr double kSquared = kBall * kBall;
   for (int x = -kBall; x <= kBall; ++x) {
     for (int y = -kBall; y <= kBall; ++y) {
+      BallRow row{x, y, 0, {}};
       for (int z = -kBall; z <= kBall; ++z) {
         const double r = (x * x + y * y + z * z) / kSquared;
         if (r >= 1) continue;
         // The blur increases the mean of a function w of the position by blur²/2 · ∇²w. With w = (1 − r)², where r is
         // the squared distance divided by the squared radius, ∇²w = (20 r − 12) / kSquared.
         const double weight = (1 - r) * (1 - r);
-        ball.push_back({{x, y, z}, weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
+        row.samples.push_back({weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
+        row.half = z;
       }
+      if (!row.samples.empty()) ball.push_back(std::move(row));
     }
   }
   return ball;
@@ -44,29 +53,47 @@ struct Ranked {
   double weight;
 };
 
-// Returns the value that samples with the total weight `volume` exceed. `samples` are in decreasing order of their
-// values. Between two samples, the value is interpolated.
-float exceeded_by(const std::vector<Ranked>& samples, double volume) {
-  double above = 0;  // total weight of the samples before sample k
-  for (std::size_t k = 0; k < samples.size(); ++k) {
+// Returns the value that samples with the total weight `volume` exceed. Between two samples, the value is interpolated.
+// Reorders the samples.
+float exceeded_by(std::span<Ranked> samples, double volume) {
+  const auto greater = [](const Ranked& a, const Ranked& b) { return a.value > b.value; };
+  double above = 0;              // total weight of the samples that were dropped because their values are larger
+  const Ranked* last = nullptr;  // the sample with the smallest value among these
+  // Halves the samples by their values until few are left, so that only these must be sorted.
+  constexpr std::size_t kFew = 16;
+  while (samples.size() > kFew) {
+    const std::size_t half = samples.size() / 2;
+    std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(half), greater);
+    const double larger = std::accumulate(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(half), above,
+                                          [](double sum, const Ranked& s) { return sum + s.weight; });
     // Half of a sample's own weight counts as above its value.
-    const double middle = above + 0.5 * samples[k].weight;
-    if (middle >= volume) {
-      if (k == 0) return samples[0].value;
-      const double before = above - 0.5 * samples[k - 1].weight;
-      return std::lerp(samples[k - 1].value, samples[k].value,
-                       static_cast<float>((volume - before) / (middle - before)));
+    if (larger + 0.5 * samples[half].weight >= volume) {
+      samples = samples.first(half + 1);
+    } else {
+      above = larger + samples[half].weight;
+      last = &samples[half];
+      samples = samples.subspan(half + 1);
     }
-    above += samples[k].weight;
   }
-  return samples.back().value;
+  std::ranges::sort(samples, greater);
+  for (const Ranked& sample : samples) {
+    const double middle = above + 0.5 * sample.weight;
+    if (middle >= volume) {
+      if (!last) return sample.value;
+      const double before = above - 0.5 * last->weight;
+      return std::lerp(last->value, sample.value, static_cast<float>((volume - before) / (middle - before)));
+    }
+    above += sample.weight;
+    last = &sample;
+  }
+  return last->value;
 }
 
 }  // namespace
 
 void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const SparseMask& border, const SparseMask& body,
                   double blur) {
-  const std::vector<BallSample> ball = ball_samples(blur);
+  const std::vector<BallRow> ball = ball_rows(blur);
   const BlockSet& set = *field.set;
   Sparse<float> matched = field;
   tbb::enumerable_thread_specific<std::vector<Ranked>> scratch;
@@ -75,17 +102,26 @@ void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const Spa
     std::vector<Ranked>& samples = scratch.local();
     samples.clear();
     double volume = 0;
-    for (const BallSample& of_ball : ball) {
-      const glm::ivec3 q = p + of_ball.step;
-      if (!set.holds(q)) continue;
-      const std::ptrdiff_t k = field.index(q);
-      if (k < 0) continue;
-      const auto j = static_cast<std::size_t>(k);
-      volume += of_ball.fraction * static_cast<double>(fraction.v[j]);
-      if (body.v[j]) samples.push_back({field.v[j], of_ball.label});
+    for (const BallRow& row : ball) {
+      const int x = p.x + row.x, y = p.y + row.y;
+      if (x < 0 || y < 0 || x >= set.size.x || y >= set.size.y) continue;
+      const int first = std::max(p.z - row.half, 0), end = std::min(p.z + row.half + 1, set.size.z);
+      for (int z = first; z < end;) {
+        // The samples of a row that lie in the same block are neighbours in the arrays, too.
+        const int in_block = std::min(end, (z / BlockSet::kEdge + 1) * BlockSet::kEdge);
+        const std::ptrdiff_t k = field.index({x, y, z});
+        if (k < 0) {
+          z = in_block;
+          continue;
+        }
+        const BallSample* of_ball = &row.samples[static_cast<std::size_t>(z - p.z + row.half)];
+        for (auto j = static_cast<std::size_t>(k); z < in_block; ++z, ++j, ++of_ball) {
+          volume += of_ball->fraction * static_cast<double>(fraction.v[j]);
+          if (body.v[j]) samples.push_back({field.v[j], of_ball->label});
+        }
+      }
     }
     if (samples.empty()) return;
-    std::ranges::sort(samples, [](const Ranked& a, const Ranked& b) { return a.value > b.value; });
     matched.v[i] = field.v[i] - exceeded_by(samples, volume);
   });
   field = std::move(matched);

@@ -84,9 +84,10 @@ int TriangleTree::winding(const dvec3& p) const {
   static const dvec3 kWays[3] = {glm::normalize(dvec3(0.5773, 0.2113, 0.7886)),
                                  glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
                                  glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
-  int turns[3];
-  for (int i = 0; i < 3; ++i) turns[i] = crossings(0, p, kWays[i], 1.0 / kWays[i]);
-  return std::max(std::min(turns[0], turns[1]), std::min(std::max(turns[0], turns[1]), turns[2]));
+  const auto turns = [&](const dvec3& way) { return crossings(0, p, way, 1.0 / way); };
+  // The median of three rays, which is known if two agree.
+  const int first = turns(kWays[0]), second = turns(kWays[1]);
+  return first == second ? first : std::clamp(turns(kWays[2]), std::min(first, second), std::max(first, second));
 }
 
 int TriangleTree::winding_sixths(const dvec3& p) const {
