@@ -338,14 +338,9 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-/// Data that do not depend on the trainee's result, but only on the tissue before the work and on the ideal (target).
-struct Given {
-  DenseField before, ideal;          // distance fields with true distances, see redistanced()
-  std::vector<bool> pulp;            // true for each voxel of pulp
-  std::vector<std::size_t> to_pulp;  // for each voxel: index of the nearest pulp voxel; empty if there is no pulp
-};
-Given given(const Preparation& in) {
-  Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
+CavityReference without_measures(const Preparation& in) {
+  CavityReference g{
+      redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}, {}};
   g.pulp.resize(in.tissue.size());
   bool any = false;
   for (std::size_t i = 0; i < in.tissue.size(); ++i) {
@@ -390,7 +385,7 @@ std::vector<bool> open_air(const DenseField& field) {
   return open;
 }
 
-CavityMeasures measure(const Preparation& in, const Given& known, const DenseField& after) {
+CavityMeasures measure(const Preparation& in, const CavityReference& known, const DenseField& after) {
   CavityMeasures m;
   m.has_ideal = !in.ideal.distance.empty();
   const double h = in.frame.voxel, h2 = h * h, h3 = h2 * h;
@@ -566,15 +561,18 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
 }  // namespace
 
 CavityMeasures measure_cavity(const Preparation& preparation) {
-  return measure(preparation, given(preparation), preparation.after);
+  return measure(preparation, without_measures(preparation), preparation.after);
 }
 
-CavityAndIdeal measure_against_ideal(const Preparation& preparation) {
-  const Given known = given(preparation);
-  CavityAndIdeal both{measure(preparation, known, preparation.after), {}};
-  if (preparation.ideal.distance.empty()) return both;
-  both.ideal = measure(preparation, known, preparation.ideal);
-  if (!both.ideal->cup) return both;
+CavityReference cavity_reference(const Preparation& preparation) {
+  CavityReference reference = without_measures(preparation);
+  if (!preparation.ideal.distance.empty()) reference.measures = measure(preparation, reference, preparation.ideal);
+  return reference;
+}
+
+CavityAndIdeal measure_against_ideal(const Preparation& preparation, const CavityReference& reference) {
+  CavityAndIdeal both{measure(preparation, reference, preparation.after), reference.measures};
+  if (!both.ideal || !both.ideal->cup) return both;
   both.ideal->cup_offset = both.ideal->cup_tilt = 0;
   if (const auto& cup = both.result.cup) {
     both.result.cup_offset = glm::distance(cup->center_W, both.ideal->cup->center_W);

@@ -82,6 +82,16 @@ struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no ideal
 };
-CavityAndIdeal measure_against_ideal(const Preparation& preparation);
+/// What does not depend on the result, but only on the tissue before the work and on the ideal. It is expensive to
+/// compute, so results of the same task share it.
+struct CavityReference {
+  DenseField before, ideal;                // distance fields with true distances, see redistanced()
+  std::vector<bool> pulp;                  // true for each voxel of pulp
+  std::vector<std::size_t> to_pulp;        // for each voxel: index of the nearest pulp voxel; empty if there is no pulp
+  std::optional<CavityMeasures> measures;  // of the ideal; no value if the task has no ideal
+};
+CavityReference cavity_reference(const Preparation& preparation);
+/// `reference`: of a preparation with the same grid, the same tissue before the work and the same ideal.
+CavityAndIdeal measure_against_ideal(const Preparation& preparation, const CavityReference& reference);
 
 }  // namespace typodont::session

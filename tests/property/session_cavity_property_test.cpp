@@ -37,19 +37,21 @@ struct Judged {
   Preparation preparation = a_block();
   ScoreInput input;
   std::vector<ScoreRule> rules;
+  CavityReference reference;
 
   template <class Ideal>
   explicit Judged(Ideal ideal) {
     preparation.ideal = preparation.after = without(ideal);
     input.before[2] = 100e-9;
     input.after = input.before;
-    input.cavity_ideal = measure_against_ideal(preparation).ideal;
+    reference = cavity_reference(preparation);
+    input.cavity_ideal = reference.measures;
     input.cavity = input.cavity_ideal;
     rules = all_rules(input);
   }
   Score of(DenseField after) {
     preparation.after = std::move(after);
-    input.cavity = measure_cavity(preparation);
+    input.cavity = measure_against_ideal(preparation, reference).result;
     return score(input, rules);
   }
 };
@@ -251,9 +253,8 @@ TEST(CavityLaws, EveryGeometricMeasureLowersTheScoreMonotonically) {
           if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0)
             in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
     ScoreInput input;
-    const CavityAndIdeal both = measure_against_ideal(in);
-    input.cavity = both.result;
-    input.cavity_ideal = both.ideal;
+    const CavityReference reference = cavity_reference(in);
+    input.cavity = input.cavity_ideal = reference.measures;
     const auto rules = rules_from(
         Json::parse(fmt::format(R"({{"defaults": false, "rules": [{{"name": "{}", "tolerance": {}, "weight": 10}}]}})",
                                 spoilt.rule, spoilt.tolerance),
@@ -263,7 +264,7 @@ TEST(CavityLaws, EveryGeometricMeasureLowersTheScoreMonotonically) {
     ASSERT_NEAR(last, 100, 1e-9) << spoilt.rule;
     for (const double by : {0.35, 0.7, 1.0}) {
       in.after = spoilt.worse(by);
-      input.cavity = measure_cavity(in);
+      input.cavity = measure_against_ideal(in, reference).result;
       const Score s = score(input, rules);
       EXPECT_LT(s.points, last - 0.5) << spoilt.rule << " by " << by << ": " << s.items.front().value;
       last = s.points;
@@ -278,12 +279,13 @@ TEST(CavityLaws, AReamedBallIsMeasuredWithItsRadiusAndItsDisplacement) {
   const dvec3 wanted(kMiddle.x, kMiddle.y, kTop - 0.2e-3);
   Preparation p = a_block();
   p.ideal = reamed(wanted, 1.5e-3);
+  const CavityReference reference = cavity_reference(p);
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> u(-0.2e-3, 0.2e-3);
   for (int i = 0; i < 6; ++i) {
     const double x = u(random), y = u(random), z = u(random), r = 1.4e-3 + u(random);
     p.after = reamed(wanted + dvec3(x, y, z), r);
-    const CavityMeasures m = measure_against_ideal(p).result;
+    const CavityMeasures m = measure_against_ideal(p, reference).result;
     ASSERT_TRUE(m.cup && m.cup_offset && m.cup_tilt);
     EXPECT_NEAR(glm::distance(m.cup->center_W, wanted + dvec3(x, y, z)), 0, 0.02e-3);
     EXPECT_NEAR(m.cup->radius, r, 0.02e-3);

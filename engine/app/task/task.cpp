@@ -286,7 +286,12 @@ std::optional<session::Preparation> TaskEvaluator::judge(const haptics::TissueVo
                                                          session::ScoreInput& input) const {
   if (task_ && task_->explore) return std::nullopt;
   session::Preparation in = preparation(after);
-  session::CavityAndIdeal measured = session::measure_against_ideal(in);
+  const Reference box{in.frame.origin, in.before.size, {}};
+  if (!reference_ || reference_->origin != box.origin || reference_->size != box.size) {
+    reference_ = box;
+    reference_->cavity = session::cavity_reference(in);
+  }
+  const session::CavityAndIdeal measured = session::measure_against_ideal(in, reference_->cavity);
   input.cavity = measured.result;
   input.cavity_ideal = measured.ideal;
   if (ideal_) input.ideal = ideal_->volumes();

@@ -28,7 +28,8 @@ class TaskEvaluator {
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
   /// Compares `after` with the ideal result. Adds the measured values to `input`, and returns the compared tissues
-  /// (empty for an exploration task). Takes about a second for a tooth.
+  /// (empty for an exploration task). Takes about a second for a tooth, and less if the last result changed the same
+  /// region.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
   /// Copies initial, final and ideal tissue to a common voxel grid. The grid covers the region that was changed or
   /// should have been changed.
@@ -41,6 +42,13 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
+  /// What the measures of the last result share with a result in the same box of voxels.
+  struct Reference {
+    dvec3 origin;  // frame W, m, of the box
+    glm::ivec3 size;
+    session::CavityReference cavity;
+  };
+  mutable std::optional<Reference> reference_;
 };
 
 /// Data about the hand after a session. The score is computed from these data and the tissue. A recording is not
