@@ -135,8 +135,12 @@ struct OperatorWindow : testing::Test {
   int colours(glm::ivec2 lo, glm::ivec2 hi) const {
     const render::Picture p = desktop.screen(kScreen);
     std::set<std::uint32_t> seen;
+    std::uint32_t last = 0xffffffff;  // no colour
     for (int y = lo.y; y < hi.y; ++y)
-      for (int x = lo.x; x < hi.x; ++x) seen.insert(p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2]);
+      for (int x = lo.x; x < hi.x; ++x) {
+        const std::uint32_t colour = p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2];
+        if (colour != last) seen.insert(last = colour);
+      }
     return static_cast<int>(seen.size());
   }
   /// Checks that the replay of the recording beside a report is exact.

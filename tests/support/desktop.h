@@ -14,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,21 +86,24 @@ struct Desktop {
 
   /// Returns the upper left part of the screen as a picture.
   render::Picture screen(glm::ivec2 size) const {
-    std::ifstream in(folder.path / "Xvfb_screen0", std::ios::binary);
-    const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
+    const std::filesystem::path file = folder.path / "Xvfb_screen0";
+    // Tests call this function again and again, so it reads the whole file at once.
+    std::vector<std::uint8_t> bytes(std::filesystem::file_size(file));
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     const auto word = [&](std::size_t i) {  // XWD headers are big-endian
       std::uint32_t v = 0;
-      for (std::size_t k = 0; k < 4; ++k) v = v << 8 | static_cast<std::uint8_t>(bytes.at(4 * i + k));
+      for (std::size_t k = 0; k < 4; ++k) v = v << 8 | bytes.at(4 * i + k);
       return v;
     };
     const std::size_t start = word(0) + 12 * std::size_t{word(19)}, line = word(12);
-    render::Picture p{size, {}};
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) {
-        const std::size_t at = start + static_cast<std::size_t>(y) * line + 4 * static_cast<std::size_t>(x);
-        for (std::size_t c : {2, 1, 0}) p.rgba.push_back(static_cast<std::uint8_t>(bytes.at(at + c)));
-        p.rgba.push_back(255);
-      }
+    const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
+    render::Picture p{size, std::vector<std::uint8_t>(4 * width * height, 255)};
+    for (std::size_t y = 0; y < height; ++y) {
+      const std::span row = std::span(bytes).subspan(start + y * line, 4 * width);
+      std::uint8_t* const to = &p.rgba[4 * width * y];
+      for (std::size_t i = 0; i < row.size(); i += 4) to[i] = row[i + 2], to[i + 1] = row[i + 1], to[i + 2] = row[i];
+    }
     return p;
   }
 

@@ -73,6 +73,8 @@ class JawPhantom {
         return Tissue::kCorticalBone;
     }
     if (inside_bone(q, kShell)) {
+      // Most of the bone is so far from the nerve canal that the canal's course there need not be computed.
+      if (std::abs(q.z - kCanalHeight) > kCanalSwing + a_.nerve + a_.nerve_wall + 0.01) return Tissue::kCancellousBone;
       const double from_canal = glm::length(q - canal_centre(q.x));
       if (from_canal < a_.nerve) return Tissue::kPulp;
       if (from_canal < a_.nerve + a_.nerve_wall) return Tissue::kCorticalBone;
@@ -98,7 +100,7 @@ class JawPhantom {
     return std::max(crown, (top - a_.fissure + wall * across - r.z) / -std::hypot(1.0, wall));
   }
 
-  static glm::dvec3 canal_centre(double x) { return {x, 13, 8.5 + 0.6 * std::sin(x / 6)}; }
+  static glm::dvec3 canal_centre(double x) { return {x, 13, kCanalHeight + kCanalSwing * std::sin(x / 6)}; }
   static double root_radius(double z) {
     return z <= kApex ? -1 : 2.7 * std::sqrt(std::min(1.0, (z - kApex) / (kNeck - kApex)));
   }
@@ -215,6 +217,7 @@ class JawPhantom {
 
  private:
   static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2, kFissureHalf = 0.35;  // mm
+  static constexpr double kCanalHeight = 8.5, kCanalSwing = 0.6;                            // mm
 
   static constexpr double kWidest = 4.1;  // mm, larger than the radius of a crown and of a socket
 
