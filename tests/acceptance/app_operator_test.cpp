@@ -498,7 +498,8 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   const std::string exercise = program.wait_for("exercise saved: ");
   EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
   EXPECT_TRUE(std::filesystem::exists(folder / "home/scenes/painted_block-ideal.vdb"));
-  const Ran seen = folder.run("render " + exercise + " --rig closeup --size 64x48 --out " + (folder / "seen"));
+  const Ran seen =
+      folder.run("render " + exercise + " --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
   EXPECT_EQ(seen.status, 0) << seen.err;
   press("F10");
   press("ctrl+e");  // practising again
@@ -520,7 +521,8 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   type("my tooth");
   press("ctrl+b");
   const std::string scene = program.wait_for("imported: ");
-  const Ran drawn = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "drawn"));
+  const Ran drawn =
+      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "drawn"));
   EXPECT_EQ(drawn.status, 0) << drawn.err;
   // A mesh in metres works, too. It is chosen from the list of the files in a folder, while its path is being typed.
   std::filesystem::create_directories(folder / "teeth");
@@ -650,7 +652,9 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   EXPECT_EQ(program.wait_for("session started: ").substr(0, 6), "Scan 2");
   press("Escape");
   program.wait_for("session ended");
-  EXPECT_EQ(folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "seen")).status, 0);
+  EXPECT_EQ(
+      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "seen")).status,
+      0);
   std::string all = program.said();
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "home")) {
     all += entry.path().string() + "\n";
@@ -835,7 +839,8 @@ TEST_F(OperatorWindow, LowerJawUpperJawAndBiteDroppedTogetherBecomeOneMouthThatI
   const std::vector<Json> protect = written["task"]["protect"].items();
   ASSERT_EQ(protect.size(), 1u);
   EXPECT_NEAR(protect[0]["box"]["center_mm"].vec3().z - protect[0]["box"]["size_mm"].vec3().z / 2, 50.3, 0.4);
-  const Ran seen = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "seen"));
+  const Ran seen =
+      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
   EXPECT_EQ(seen.status, 0) << seen.err;
   press("F10");
   wait_for_choice();
@@ -866,7 +871,8 @@ TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
     end(program);
     const std::string exercise = program.wait_for("kept as an exercise: ");
     EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
-    const Ran seen = folder.run("render " + exercise + " --rig closeup --size 64x48 --out " + (folder / "seen"));
+    const Ran seen =
+        folder.run("render " + exercise + " --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
     EXPECT_EQ(seen.status, 0) << seen.err;
     for (const std::string& file : {exercise, folder / "home/settings.json"}) std::filesystem::remove(file);
   }

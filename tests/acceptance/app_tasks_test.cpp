@@ -329,7 +329,7 @@ TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) 
   folder.write("sound.json", text.substr(0, paint) + text.substr(tool));
   const auto picture = [&](const std::string& name) {
     const test::Ran ran =
-        folder.run("render " + (folder / (name + ".json")) + " --rig window --size 480x270 --out " + (folder / name));
+        folder.run("render " + (folder / (name + ".json")) + " --rig window --size 240x135 --out " + (folder / name));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return test::read_text(folder / (name + "/left.png"));
   };

@@ -183,7 +183,8 @@ TEST_F(SoundCommand, KeepsTheSpectrumAtEveryRate) {
 TEST_F(SoundCommand, FitsWithEveryMethodOrderCriterionAndRate) {
   for (const char* how : {"--order 12 --method yule-walker --window hamming", "--order 40 --method modified-covariance",
                           "--order bic --max-order 80", "--rate 44100 --order 50", "--rate 96000 --order 50"}) {
-    const auto r = run("fit " + kMicromotor + " --out " + path("m.json") + " " + how + " --spectrum " + path("s.csv"));
+    const auto r =
+        run("fit " + kMicromotor + " --to 1.5 --out " + path("m.json") + " " + how + " --spectrum " + path("s.csv"));
     EXPECT_EQ(r.status, 0) << how << r.err;
     EXPECT_EQ(run("synth " + path("m.json") + " --seconds 0.1 --out " + path("m.wav")).status, 0) << how;
     EXPECT_THAT(read_text(folder_ / "s.csv"), HasSubstr("frequency_Hz,recording_dB,model_dB"));
@@ -227,7 +228,7 @@ TEST_F(SoundCommand, BadInputExitsWithTwoAndAReasonAndLeavesNoFile) {
 
 TEST_F(SoundCommand, WritesAPageWithBothSoundsAndFetchesNothing) {
   const std::string name = path("<b>&.wav");  // a name that would be HTML markup
-  std::filesystem::copy_file(kMicromotor, name);
+  std::filesystem::copy_file("assets/sounds/drill_spinup_run_spindown.wav", name);
   const auto r = run("page '" + name + "' --seconds 1 --out " + path("p.html"));
   ASSERT_EQ(r.status, 0) << r.err;
   const std::string page = read_text(path("p.html"));

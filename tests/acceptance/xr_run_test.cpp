@@ -163,7 +163,7 @@ TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
 }
 
 TEST_F(HeadsetRun, ASceneWithSoftGumRuns) {
-  xr.script(kHeadset + R"(, "events": [{"frame": 200, "event": "exit"}])");
+  xr.script(kHeadset + R"(, "events": [{"frame": 40, "event": "exit"}])");
   scene = "class-2-cavity";
   const Ran ran = run();
   ASSERT_EQ(ran.status, 0) << ran.err;
