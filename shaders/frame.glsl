@@ -8,7 +8,7 @@ layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2DArray reflection;
 layout(set = 0, binding = 5) uniform sampler3D light_grid;
 layout(set = 0, binding = 6) uniform sampler3D tissue_light;
-layout(set = 0, binding = 7) uniform sampler3D metal_images;
+layout(set = 0, binding = 7) uniform sampler3D mirrored_images;
 
 layout(push_constant) uniform Push { ObjectData object; };
 // Index of the eye that is drawn.

@@ -111,32 +111,24 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-/// Returns values of the grid of light at p for the direction n. `first`: number of the first of the six faces that are
-/// read, 0 for diffuse and 6 for mirrored light (LightGrid::faces). Same computation as light_at() in
+/// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
+/// irradiance divided by π; w: fraction of the lamp that is visible. Same computation as light_at() in
 /// engine/render/light_scene.cpp.
-vec4 grid_values(vec3 p, vec3 n, float first) {
+vec4 grid_light(vec3 p, vec3 n) {
   // The samples are read half a cell in front of the surface, because samples behind the surface are inside the body.
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
-  // The first axis of the image is z. Along its third axis, the grids of the 12 faces follow one after the other.
-  vec3 size = vec3(frame.light_samples.zy, float(kLightValues) * frame.light_samples.x), weight = n * n;
-  vec3 face = (vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) + first) *
-                  frame.light_samples.x + q.x;
+  // The first axis of the image is z. Along its third axis, the grids of the 6 faces follow one after the other.
+  vec3 size = vec3(frame.light_samples.zy, float(kLightDirections) * frame.light_samples.x), weight = n * n;
+  vec3 face = vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) * frame.light_samples.x + q.x;
   return weight.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
          weight.y * textureLod(light_grid, vec3(q.zy, face.y) / size, 0.0) +
          weight.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
 
-/// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
-/// irradiance divided by π; w: fraction of the lamp that is visible.
-vec4 grid_light(vec3 p, vec3 n) { return grid_values(p, n, 0.0); }
-
-/// Returns the light from the direction r that a glossy surface at p mirrors.
-vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, float(kLightDirections)).rgb; }
-
-/// Returns the light from the direction r that metal with the normal n mirrors at p. Same computation as image_at() in
-/// engine/render/light_scene.cpp.
-vec3 metal_image(vec3 p, vec3 n, vec3 r) {
+/// Returns the light from the direction r that a smooth surface with the normal n mirrors at p. Same computation as
+/// mirrored_at() in engine/render/light_scene.cpp.
+vec3 mirrored_light(vec3 p, vec3 n, vec3 r) {
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
   // Octahedral map (Engelhardt & Dachsbacher 2008), whose outer nodes lie on the edge of the square.
@@ -151,7 +143,7 @@ vec3 metal_image(vec3 p, vec3 n, vec3 r) {
   for (int i = 0; i < 4; ++i) {
     vec2 next = vec2(i & 1, i >> 1);
     vec2 weight = mix(1.0 - f.yx, f.yx, next);
-    sum += weight.x * weight.y * textureLod(metal_images, vec3(first + next * samples, q.x) / size, 0.0).rgb;
+    sum += weight.x * weight.y * textureLod(mirrored_images, vec3(first + next * samples, q.x) / size, 0.0).rgb;
   }
   return sum;
 }
@@ -300,10 +292,6 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec4 light, vec3 a
   return front * arrives * lamp + bounce + ambient_light(n) * opened;
 }
 
-// Squared roughness of a mirror image of the lamp: the lamp's size makes the image wider (Karis 2013). `alpha`: the
-// squared roughness of the surface.
-float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
-
 /// Returns the reflectance of tissue at normal incidence. Under a film of saliva, less light is reflected.
 float film_reflectance(Look look) { return mix(look.dry, kFilmedLeast + kFilmedSlope * look.dry, look.wet); }
 vec3 reflectance(Look look) { return metal_of(look.dry) > 0.0 ? look.albedo : vec3(film_reflectance(look)); }
@@ -326,7 +314,7 @@ float room_seen(vec3 r, float open) {
 /// Light that a surface receives from the room and from other surfaces.
 struct Around {
   vec3 diffuse;   // irradiance of the surface, divided by π
-  vec3 mirrored;  // irradiance, divided by π, of a surface that faces the direction of the reflection
+  vec3 mirrored;  // radiance from the direction of the reflection
   vec4 inside;    // light_in_tissue()
   float known;    // in_tissue_grid()
 };
@@ -354,21 +342,35 @@ float film_passes(float nv, Look look) {
   return kLightGrid ? 1.0 - dielectric(min(film_reflectance(look), 0.5), nv) : 1.0;
 }
 
+/// Returns the density (1/sr) of the half-way directions in which a surface mirrors the lamp. The lamp is a disc, so this
+/// is the GGX distribution, averaged over the disc: the image of a smooth surface is a disc with a sharp edge, and that
+/// of a rough surface is the GGX distribution itself. In the plane of slopes (tangents of the angle to the normal), the
+/// average over a line across the disc is exact, and the width of the disc beside the line is approximated. `nh`, `lh`:
+/// cosine of the angle of the half-way direction to the normal and to the lamp; `alpha2`: squared width (alpha²) of the
+/// surface's distribution.
+float lamp_image(float nh, float lh, float alpha2) {
+  float z = max(nh, 0.05), slope = sqrt(max(1.0 - z * z, 0.0)) / z;
+  float radius2 = 0.25 * kLampHalfAngle * kLampHalfAngle / max(lh, 0.1), radius = sqrt(radius2);
+  float high = slope + radius, low = slope - radius, beyond = max(low, 0.0);
+  float line = high * inversesqrt(high * high + alpha2) - low * inversesqrt(low * low + alpha2);
+  float across = inversesqrt(radius2 + alpha2 + beyond * beyond), z2 = z * z;
+  return line * across / (2.0 * kPi * radius * z2 * z2);
+}
+
 /// Returns the light that is reflected by the wet film over tissue, or by metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
-  float alpha = max(rough * rough, 0.02), wide = lamp_alpha(alpha), w2 = wide * wide;
+  float alpha = max(rough * rough, 0.02);
   vec3 f0 = reflectance(look);
   vec3 h = normalize(l + v);
-  float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
-  float d = nh * nh * (w2 - 1.0) + 1.0;
+  float lh = max(dot(l, h), 0.0);
   float nlc = max(nl, 0.0);
   float k = 0.5 * alpha;
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
-  vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
+  vec3 color = f * lamp_image(dot(n, h), lh, alpha * alpha) * vis * nlc * key * frame.key.w;
   vec3 fr = grazing(look, f0, rough, nv);
   vec3 r = reflect(-v, n);
   return color + fr * reflected(r, rough, open, around);
@@ -378,8 +380,8 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
 /// pixel.
 struct CornerGloss {
   vec3 broad;  // wide part: reflection of the room
-  vec3 lamp;  // the lamp's mirror image: must be multiplied by spot(n · half, width) for each pixel
-  float width;  // width of the lamp's image
+  vec3 lamp;     // the lamp's mirror image: must be multiplied by lamp_image() for each pixel
+  float width;  // squared width (alpha²) of the surface's distribution
 };
 CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, Around around) {
   float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
@@ -392,15 +394,9 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, A
   vec3 r = reflect(-v, n);
   CornerGloss out_gloss;
   out_gloss.broad = fr * reflected(r, rough, light.y, around);
-  float wide = lamp_alpha(alpha);
-  out_gloss.lamp = f * (0.25 * wide * wide / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
-                   frame.key.w;
-  out_gloss.width = wide * wide;
+  out_gloss.lamp = f * (0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x * frame.key.w;
+  out_gloss.width = alpha * alpha;
   return out_gloss;
-}
-float spot(float nh, float width) {
-  float d = nh * nh * (width - 1.0) + 1.0;
-  return 1.0 / (d * d);
 }
 
 /// Returns the light that a surface reflects towards the viewer. `gloss_normal`: normal of the wet film, which has

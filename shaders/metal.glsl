@@ -27,13 +27,13 @@ vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rou
   if (kLightGrid) {
     for (int i = -1; i <= 1; ++i) {
       vec3 tilted = normalize(n + 0.9 * float(i) * (wide - thin) * across);
-      around += (i == 0 ? 0.5 : 0.25) * metal_image(p, n, reflect(-v, tilted));
+      around += (i == 0 ? 0.5 : 0.25) * mirrored_light(p, n, reflect(-v, tilted));
     }
   } else {
     vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
     around = kRoomOnMetal * metal_room(reflect(-v, bent), rough);
   }
-  float lamp = lamp_alpha(0.0);
+  float lamp = 0.25 * kLampHalfAngle;  // the lamp's size makes its image wider (Karis 2013)
   thin = sqrt(thin * thin + widened + lamp * lamp);
   wide = min(sqrt(wide * wide + (1.0 - brushed) * widened + lamp * lamp), 1.0);
   vec3 h = normalize(l + v);

@@ -108,14 +108,13 @@ void main() {
   float metal = 0.0;
   if (kLightGrid && holds(kHoldsMetal)) {
     metal = metal_of(look.y);
-    mirrored = mix(mirrored, metal_image(in_position, n, reflect(-v, n)), metal);
+    mirrored = mix(mirrored, mirrored_light(in_position, n, reflect(-v, n)), metal);
   }
   if (kLightPerVertex) {
-    // A highlight that is widened keeps its energy.
-    float width = filtered_width(in_lamp.w, n);
     // The colour of metal is 0 here, because metal has no diffuse light.
     vec3 room = mix(in_room, frame.tissue_color[main_tissue].rgb * mirrored, metal);
-    vec3 gloss = kView == 3 ? vec3(0.0) : room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
+    vec3 half_way = normalize(in_half_way);
+    vec3 gloss = kView == 3 ? vec3(0.0) : room + in_lamp.rgb * lamp_image(dot(n, half_way), dot(frame.key.xyz, half_way), filtered_width(in_lamp.w, n));
     out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
     return;
   }

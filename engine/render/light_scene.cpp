@@ -23,13 +23,12 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
-// exponent of the cosine in the weight of a ray for mirrored light; a larger exponent would need more rays
-constexpr float kLobe = 4;
 // The back of a triangle has no light, so a ray that meets one is left out of a sample's mean. If the rays that are
 // left have less than this fraction of the weight, the rest of this fraction counts as dark.
 constexpr float kLeastSeen = 0.5f;
-constexpr int kImageRays = 384;    // number of rays for the light that metal mirrors at a sample
-constexpr float kImageLobe = 48;   // exponent as kLobe for this light: half its weight is within 10°
+constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
+// exponent of the cosine in the weight of a ray for this light: half the weight is within 10°
+constexpr float kImageLobe = 48;
 constexpr int kImageStep = 2;      // distance, in grid spacings, of the samples in open space that have this light
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
@@ -265,10 +264,7 @@ LightSources sources_of(const Lights& lights) {
   return sources;
 }
 
-namespace {
-
-/// Returns values of the grid as grid_values() in shaders/lighting.glsl. `first`: number of the first of the six faces.
-glm::vec4 grid_values(const LightGrid& grid, const dvec3& p, const glm::vec3& n, int first) {
+glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
   const glm::vec3 end(grid.size - 1);
   const glm::vec3 q =
       glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
@@ -276,22 +272,13 @@ glm::vec4 grid_values(const LightGrid& grid, const dvec3& p, const glm::vec3& n,
   const glm::vec3 f = q - glm::vec3(low);
   glm::vec4 sum(0);
   for (int axis = 0; axis < 3; ++axis) {
-    const int face = first + 2 * axis + (n[axis] < 0 ? 1 : 0);
+    const int face = 2 * axis + (n[axis] < 0 ? 1 : 0);
     const auto at = [&](int x, int y, int z) { return grid.faces[grid.index(face, {x, y, z})]; };
     const auto along_z = [&](int x, int y) { return glm::mix(at(x, y, low.z), at(x, y, high.z), f.z); };
     const auto along_y = [&](int x) { return glm::mix(along_z(x, low.y), along_z(x, high.y), f.y); };
     sum += n[axis] * n[axis] * glm::mix(along_y(low.x), along_y(high.x), f.x);
   }
   return sum;
-}
-
-}  // namespace
-
-glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
-  return grid_values(grid, p, n, 0);
-}
-glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r) {
-  return glm::vec3(grid_values(grid, p, r, shared::kLightDirections));
 }
 
 glm::vec3 image_direction(const glm::ivec2& node) {
@@ -304,7 +291,7 @@ glm::vec3 image_direction(const glm::ivec2& node) {
   return glm::normalize(d);
 }
 
-glm::vec3 image_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r) {
+glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r) {
   const glm::vec3 end(grid.size - 1);
   const glm::vec3 q =
       glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
@@ -567,9 +554,7 @@ struct LightScene::Impl {
     std::array<std::array<float, kRays>, LightGrid::kFaces> weights;
     for (std::size_t f = 0; f < LightGrid::kFaces; ++f) {
       float sum = 0;
-      for (std::size_t r = 0; r < kRays; ++r)
-        sum += weights[f][r] = std::pow(std::max(glm::dot(directions[r], kFaces[f % kFaces.size()]), 0.0f),
-                                        f < kFaces.size() ? 1.0f : kLobe);
+      for (std::size_t r = 0; r < kRays; ++r) sum += weights[f][r] = std::max(glm::dot(directions[r], kFaces[f]), 0.0f);
       for (float& w : weights[f]) w /= sum;
     }
     std::array<glm::vec3, kRays> outside;
@@ -614,7 +599,7 @@ struct LightScene::Impl {
     return grid;
   }
 
-  /// Computes the light that metal mirrors (LightGrid::images). `radiance`: of the triangles in `used`.
+  /// Computes the light that surfaces mirror (LightGrid::images). `radiance`: of the triangles in `used`.
   void mirror(LightGrid& grid, std::span<const glm::vec3> radiance, const LightSources& sources) const {
     constexpr int kSide = LightGrid::kImageSide;
     grid.images.assign(grid.samples() * kSide * kSide, glm::vec3(0));

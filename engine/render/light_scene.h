@@ -67,10 +67,9 @@ class LightScene {
 /// Returns the light that reaches a surface at p (m, frame W) with the normal n, interpolated as in the shaders; see
 /// LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
-/// Returns the light from the direction r that a glossy surface at p (m, frame W) mirrors, as in the shaders.
-glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& r);
-/// Returns the light from the direction r that metal with the normal n mirrors at p (m, frame W), as in the shaders.
-glm::vec3 image_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r);
+/// Returns the light from the direction r that a smooth surface with the normal n mirrors at p (m, frame W), as in the
+/// shaders.
+glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r);
 /// Returns the unit direction of a node of LightGrid::images. It is an octahedral map (Engelhardt & Dachsbacher 2008),
 /// whose outer nodes lie on the edge of the square.
 glm::vec3 image_direction(const glm::ivec2& node);

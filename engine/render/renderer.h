@@ -115,13 +115,12 @@ struct LightGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples along x, y and z; 0: no grid
-  static constexpr int kFaces = shared::kLightValues;
+  static constexpr int kFaces = shared::kLightDirections;
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
-  // fraction of the lamp that is visible from the sample. The faces 6 to 11 contain the radiance from the same six
-  // directions, as a glossy surface mirrors it: the mean over a narrower lobe.
+  // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
-  // Light as metal mirrors it: the linear radiance from each direction, as the mean over a lobe of about ±10°. The
-  // directions are the nodes of an octahedral map (image_direction() in light_scene.h); see image_index().
+  // Light as wet tissue and metal mirror it: the linear radiance from each direction, as the mean over a lobe of about
+  // ±10°. The directions are the nodes of an octahedral map (image_direction() in light_scene.h); see image_index().
   static constexpr int kImageSide = shared::kImageSide;
   std::vector<glm::vec3> images;
 

@@ -16,10 +16,9 @@ const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from 
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
 const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
 
-// Grid of reflected light (LightGrid). kLightDirections: number of directions for which a sample stores light.
-// kLightValues: number of values of a sample, first those for diffuse light, then those for mirrored light.
-const int kLightDirections = 6, kLightValues = 12;
-// Number of nodes along each side of the octahedral map in which a sample stores the light that metal mirrors. So the
+// Grid of reflected light (LightGrid): number of directions in which a surface can face, for the light that it receives
+const int kLightDirections = 6;
+// Number of nodes along each side of the octahedral map in which a sample stores the light that surfaces mirror. So the
 // light of about 17° is one node.
 const int kImageSide = 11;
 
@@ -57,7 +56,7 @@ struct FrameData {
   vec4 lamp_right;        // xyz: unit vector along the width of the lamp's spot
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   // optical properties of each tissue: x: roughness; y: reflectance of the dry surface at normal incidence, 1: metal;
-  // z: wetness; w: 1 if light travels inside the tissue (TissueLightGrid), 0 if it counts as opaque
+  // z: wetness; w: 1 if the tissue's light is in the TissueLightGrid
   vec4 tissue_look[16];
   vec4 film_origin;          // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
   vec4 film_size;            // xyz: number of samples of the film's grid along each axis

@@ -21,7 +21,7 @@ namespace typodont::render {
 namespace {
 
 constexpr int kWalks = 64;    // random walks from each cell at a surface
-constexpr int kRays = 24;     // rays from each cell at a surface, which find the light of other surfaces
+constexpr int kRays = 32;     // rays from each cell at a surface, which find the light of other surfaces
 constexpr int kLampRays = 6;  // rays from each cell to the lamp
 constexpr int kBounces = 3;   // diffuse reflections between surfaces inside the box
 // In cell edges. kBand: distance from the surface up to which a cell knows its distance; kNear: distance up to which a
@@ -468,12 +468,13 @@ struct TissueLight::Impl {
       if (met != kNone) {
         if (in_hard[elements[static_cast<std::size_t>(met)].cell] != in_hard[e.cell]) return {};
         Exit exit{met, glm::vec3(0)};
+        // The density with which each colour's free path gives this walk, relative to the largest of the three. Only
+        // the logarithms are finite for every walk.
         glm::vec3 density;
-        for (int c = 0; c < 3; ++c) {
-          const float ratio = e.path[leading] / e.path[c];
-          density[c] =
-              std::pow(ratio, static_cast<float>(scattered)) * std::exp((1 / e.path[leading] - 1 / e.path[c]) * total);
-        }
+        for (int c = 0; c < 3; ++c)
+          density[c] = static_cast<float>(scattered) * std::log(e.path[leading] / e.path[c]) +
+                       (1 / e.path[leading] - 1 / e.path[c]) * total;
+        density = glm::exp(density - std::max({density.x, density.y, density.z}));
         const float mean = (density.x + density.y + density.z) / 3;
         for (int c = 0; c < 3; ++c)
           exit.weight[c] = std::pow(albedo[c] / survives, static_cast<float>(scattered)) * density[c] / mean;
@@ -517,7 +518,7 @@ struct TissueLight::Impl {
       const glm::vec3 d = cosine_direction(e.n, s.x, s.y);
       glm::vec3 q = start;
       met[k] = follow_outside(q, d, kLongestRay);
-      if (met[k] == kFree) distant += mirrored_at(far, dvec3(origin + spacing * q), d);
+      if (met[k] == kFree) distant += mirrored_at(far, dvec3(origin + spacing * q), d, d);
     }
     return e.lamp + distant / float{kRays};
   }
@@ -604,6 +605,7 @@ struct TissueLight::Impl {
       for (const glm::vec3& v : {e.p, e.n, e.color, e.path}) key.bytes(&v, sizeof v);
     }
     key.bytes(far.faces.data(), far.faces.size() * sizeof far.faces[0]);
+    key.bytes(far.images.data(), far.images.size() * sizeof far.images[0]);
     for (const glm::vec3& v : {sources.toward_lamp, sources.lamp}) key.bytes(&v, sizeof v);
     key.add(sources.lamp_half_angle);
     return key.value;
@@ -676,7 +678,7 @@ struct TissueLight::Impl {
   /// the noise of the random walks. Light inside tissue changes little over a distance that is shorter than its free
   /// path, so the mean is taken over a part of the free path.
   glm::vec4 smoothed(const Element& e) const {
-    if (e.path == glm::vec3(0)) return e.leaves;
+    const bool opaque = e.path == glm::vec3(0);
     const float width = std::clamp(kSmooth * e.path.y / spacing, 0.6f, 1.6f);  // cells
     constexpr int reach = 2;
     glm::vec4 sum(0);
@@ -686,9 +688,9 @@ struct TissueLight::Impl {
       if (at == kNone) return;
       const Element& other = elements[static_cast<std::size_t>(at)];
       const float facing = glm::dot(e.n, other.n);
-      if (facing <= 0 || other.path == glm::vec3(0)) return;
+      if (facing <= 0 || (other.path == glm::vec3(0)) != opaque) return;
       const glm::vec3 apart = (other.p - e.p) / spacing;
-      const float alike = std::min(e.path.y, other.path.y) / std::max(e.path.y, other.path.y);
+      const float alike = opaque ? 1 : std::min(e.path.y, other.path.y) / std::max(e.path.y, other.path.y);
       const float w = facing * facing * alike * alike * std::exp(-0.5f * glm::dot(apart, apart) / (width * width));
       sum += w * other.leaves;
       weights += w;

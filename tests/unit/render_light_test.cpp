@@ -5,11 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <span>
 #include <vector>
 
 #include "engine/render/light_scene.h"
 #include "engine/render/look.h"
+#include "engine/render/shared.h"
+#include "engine/render/srgb.h"
 #include "tests/support/lit_box.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -71,17 +74,14 @@ TEST(LightScene, ALitDiscGivesTheLightOfItsFormFactor) {
   // Adds a small black triangle that faces the disc, because the grid has samples only near surfaces.
   const float s = 0.05e-3f;
   all.push_back({{glm::vec3(0, 0, kHeight), {0, s, kHeight}, {s, 0, kHeight}}, glm::vec3(0)});
+  all.back().metal = true;  // its samples have mirrored light
   const LightScene scene(all, {dvec3(-2e-3), dvec3(2e-3, 2e-3, 12e-3)}, 0.5e-3);
   const render::LightGrid grid = scene.light(lamp_at(kUp), 1);
   const double height = kHeight - 0.25e-3;  // the samples are read half a cell in front
   const double expected = kAlbedo * kRadius * kRadius / (kRadius * kRadius + height * height);
   EXPECT_NEAR(render::light_at(grid, {0, 0, kHeight}, -kUp).x, expected, 0.05 * expected);
-  // Mirrored light is the mean over a lobe of cos⁴, so a larger fraction of it comes from the disc.
-  render::LightGrid mirrored = grid;
-  std::rotate(mirrored.faces.begin(), mirrored.faces.begin() + 6 * static_cast<std::ptrdiff_t>(grid.samples()),
-              mirrored.faces.end());
-  const double narrow = kAlbedo * (1 - std::pow(height / std::hypot(height, double{kRadius}), 5));
-  EXPECT_NEAR(render::light_at(mirrored, {0, 0, kHeight}, -kUp).x, narrow, 0.05 * narrow);
+  // Mirrored light is the mean over a narrow lobe, which the disc fills.
+  EXPECT_NEAR(render::mirrored_at(grid, {0, 0, kHeight}, -kUp, -kUp).x, kAlbedo, 0.02f * kAlbedo);
 }
 
 /// Returns the fraction of unpolarised light that the boundary between two refractive indices reflects at an angle of
@@ -138,7 +138,7 @@ TEST(LightScene, MetalMirrorsAWallUpToItsEdge) {
   const LightScene scene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3);
   const render::LightGrid grid = scene.light(lamp_at({1, 0, 1}), 3);
   const auto mirrored = [&](float angle) {  // rad, from the vertical towards the wall
-    return render::image_at(grid, {4e-3, 4e-3, 0}, kUp, {-std::sin(angle), 0, std::cos(angle)}).x;
+    return render::mirrored_at(grid, {4e-3, 4e-3, 0}, kUp, {-std::sin(angle), 0, std::cos(angle)}).x;
   };
   const float expected = 0.8f * std::sqrt(0.5f);
   EXPECT_NEAR(mirrored(1.2f), expected, 0.03f * expected);
@@ -158,7 +158,7 @@ TEST(LightScene, ImagesAreContinuousInAllDirections) {
   for (int i = 0; i < 2000; ++i) {
     const float z = 1 - (2 * static_cast<float>(i) + 1) / 2000, a = 2.4f * static_cast<float>(i);
     const glm::vec3 r(std::sqrt(1 - z * z) * std::cos(a), std::sqrt(1 - z * z) * std::sin(a), z);
-    EXPECT_LT(glm::length(render::image_at(grid, dvec3(0.3, 0.6, 0.5), kUp, r) - r), 0.06f) << r.x << " " << r.z;
+    EXPECT_LT(glm::length(render::mirrored_at(grid, dvec3(0.3, 0.6, 0.5), kUp, r) - r), 0.06f) << r.x << " " << r.z;
   }
 }
 
@@ -196,6 +196,8 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     const render::Picture plain = stage.eye(0);
     render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}, .images = {}};
     red.faces.assign(render::LightGrid::kFaces * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
+    constexpr int kSide = render::LightGrid::kImageSide;
+    red.images.assign(red.samples() * kSide * kSide, glm::vec3(0.9f, 0.1f, 0.1f));
     render::TissueLightGrid inside{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .values = {}};
     inside.values.assign(red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 0));
     stage.renderer->set_light(red, inside);
@@ -216,6 +218,37 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     stage.draw(frame);
     EXPECT_EQ(compare(stage.eye(0), plain, 0).pixels, 0) << quality.name;
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
+  }
+}
+
+TEST(HighlightOfTheLamp, HasTheSizeOfTheLampsMirrorImageOnASmoothBall) {
+  // The best quality level draws fine structures of enamel, which make the highlight uneven.
+  for (const std::size_t step : {std::size_t{1}, std::size_t{2}}) {
+    const render::Quality& quality = render::kQualityLadder[step];
+    constexpr float kRadius = 4e-3f;
+    constexpr double kWidth = 6e-3;
+    constexpr int kPixels = 320;
+    Stage stage({kPixels, kPixels}, quality);
+    render::Frame frame = frame_of(desk(kWidth, kWidth, 0.35));
+    frame.lights.ambient = 0;
+    frame.lights.key_strength = 0.4;  // the highlight stays darker than white
+    const dvec3 lamp = glm::normalize(frame.lights.key), eye = glm::normalize(frame.eyes[0].position);
+    const dvec3 half_way = glm::normalize(lamp + eye);
+    const std::array<render::MeshUpdate, 1> enamel{
+        ball(0, -kRadius * glm::vec3(half_way), kRadius, Tissue::kEnamel, 400)};
+    stage.renderer->update(0, enamel);
+    stage.draw(frame);
+    const render::Picture picture = stage.eye(0);
+    const auto light = [&](int x, int y) { return render::linear_light(dvec3(picture.at(x, y)[1] / 255.0)).x; };
+    const double middle = light(kPixels / 2, kPixels / 2), beside = light(kPixels / 2, kPixels / 5);
+    int bright = 0;
+    for (int y = 0; y < kPixels; ++y)
+      for (int x = 0; x < kPixels; ++x) bright += light(x, y) > 0.5 * (middle + beside);
+    // The normal is within this angle of the half-way direction where the ball mirrors the lamp's disc.
+    const double angle = render::shared::kLampHalfAngle / (2 * std::sqrt(glm::dot(lamp, half_way)));
+    const double area = std::numbers::pi * std::pow(double{kRadius} * std::sin(angle), 2) * glm::dot(half_way, eye);
+    EXPECT_GT(middle, 1.5 * beside) << quality.name;
+    EXPECT_NEAR(bright * std::pow(kWidth / kPixels, 2), area, 0.12 * area) << quality.name;
   }
 }
 

@@ -32,6 +32,7 @@ std::vector<LitTriangle> box_of(const glm::vec3& lo, const glm::vec3& hi, const 
 render::LightGrid uniform(const glm::vec3& light) {
   render::LightGrid grid{.origin = dvec3(-20e-3), .spacing = 40e-3, .size = glm::ivec3(2), .faces = {}, .images = {}};
   grid.faces.assign(render::LightGrid::kFaces * grid.samples(), glm::vec4(light, 1));
+  grid.images.assign(grid.samples() * render::LightGrid::kImageSide * render::LightGrid::kImageSide, light);
   return grid;
 }
 render::LightSources lamp_above() {

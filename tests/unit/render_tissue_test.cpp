@@ -50,15 +50,16 @@ render::Frame front_view() {
 }
 
 /// Returns how much brighter the plate is when the lamp is beside it, across the tooth's axis, than when the lamp is
-/// above it, along the axis. Both lamps have the same angle to the normal.
+/// above or below it, along the axis. All lamps have the same angle to the normal. The eye is beside the normal, so the
+/// mean of two opposite lamps is taken.
 double across_over_along(Stage& stage) {
   render::Frame frame = front_view();
-  frame.lights.key = glm::normalize(dvec3(1, -1, 0));
-  stage.draw(frame);
-  const double across = brightness(stage.eye(0));
-  frame.lights.key = glm::normalize(dvec3(0, -1, 1));
-  stage.draw(frame);
-  return across / brightness(stage.eye(0));
+  const auto lit_by = [&](const dvec3& lamp) {
+    frame.lights.key = glm::normalize(lamp);
+    stage.draw(frame);
+    return brightness(stage.eye(0));
+  };
+  return (lit_by({1, -1, 0}) + lit_by({-1, -1, 0})) / (lit_by({0, -1, 1}) + lit_by({0, -1, -1}));
 }
 
 TEST(CutDentin, ShinesAcrossItsTubulesWhereLightIsComputedPerPixel) {

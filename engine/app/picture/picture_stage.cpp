@@ -280,7 +280,7 @@ void PictureStage::follow_light(const render::Lights& lights) {
     std::vector<render::LitTriangle> triangles = tooth_;
     for (const SurroundingMesh& mesh : around_.meshes) {
       std::vector<render::LitTriangle> body;
-      render::append_triangles(body, mesh.coarse, mesh.origin, looks);
+      render::append_triangles(body, mesh.bricks, mesh.origin, looks);
       triangles.insert(triangles.end(), body.begin(), body.end());
       const bool empty = mesh.coarse.empty() || mesh.coarse.front().vertices.empty();
       const Tissue outer = empty ? Tissue::kAir : mesh.coarse.front().vertices.front().tissue[0];

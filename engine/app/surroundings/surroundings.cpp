@@ -6,6 +6,7 @@
 
 #include "engine/app/field/field_mesh.h"
 #include "engine/app/field/plane_face.h"
+#include "engine/app/field/split_edges.h"
 #include "engine/app/field/tooth_field.h"
 #include "engine/app/surroundings/blend.h"
 #include "engine/app/surroundings/dam.h"
@@ -37,7 +38,10 @@ constexpr double kRootShown = 2.5e-3;
 constexpr double kCrownFrom = 4e-3;
 // m. Light that bodies receive from each other is computed in a box-shaped region. kLitAlong, kLitAcross, kLitUp: half
 // the edge lengths of the box; kLitMiddle: height of its middle above the gum.
-constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
+constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
+// m. Light is computed at the vertices. So inside this box, longer edges of the fine and of the coarse mesh are split;
+// a flat surface would otherwise have triangles that are longer than a shadow.
+constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
 constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
 // m, depth to which the gum extends into the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
@@ -372,6 +376,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   Surroundings result;
   result.coarse_from = kCoarseFrom;
   render::MeshId id = render::kWorkingTooth + 1;
+  const dvec3 work = shape.middle + plan.crown * (glm::dot(plan.margin - shape.middle, plan.crown) + kLitMiddle);
+  const dvec3 reach =
+      glm::abs(plan.arch) * kLitAlong + glm::abs(shape.across) * kLitAcross + glm::abs(plan.crown) * kLitUp;
+  const auto is_lit = [&](const dvec3& p) { return glm::all(glm::lessThan(glm::abs(p - work), reach)); };
   const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
   // Meshes a body and sets its material. A body far from the working tooth has only the coarse mesh.
   const auto add = [&](const Box& box, double voxel, const std::array<float, 2>& tolerances, bool fine,
@@ -381,7 +389,14 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
       meshes = meshes_of_field<2>(box.lo, box.hi, voxel, tolerances, distance, label, wanted);
     else
       meshes[1] = meshes_of_field<1>(box.lo, box.hi, voxel, {tolerances[1]}, distance, label, wanted)[0];
-    for (auto& mesh : meshes) paint_mesh(mesh);
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      for (render::MeshUpdate& brick : meshes[i])
+        while (split_edges(brick, [&](const render::Vertex& a, const render::Vertex& b) {
+          return glm::length(a.p - b.p) > kLightEdge[i] && is_lit(box.lo + dvec3(0.5f * (a.p + b.p)));
+        })) {
+        }
+      paint_mesh(meshes[i]);
+    }
     shade_by_slope(meshes[1], box.lo, 0.5 * voxel, distance);
     if (!fine) meshes[0] = meshes[1];
     result.meshes.push_back({id++, box.lo, std::move(meshes[0]), std::move(meshes[1])});
@@ -466,9 +481,6 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     if (!plan.dam) body(render::kTongue, Tissue::kPulp, &Jaw::tongue, deep);
   }
   body(render::kSkin, Tissue::kAir, &Jaw::face, plain);
-  const dvec3 work = shape.middle + plan.crown * (glm::dot(plan.margin - shape.middle, plan.crown) + kLitMiddle);
-  const dvec3 reach =
-      glm::abs(plan.arch) * kLitAlong + glm::abs(shape.across) * kLitAcross + glm::abs(plan.crown) * kLitUp;
   result.lit = {work - reach, work + reach};
   return result;
 }

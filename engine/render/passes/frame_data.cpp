@@ -34,7 +34,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   for (std::size_t t = 0; t < looks.size(); ++t) {
     const Look& look = looks[t];
     data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
-    const double inside = std::isfinite(look.extinction.x) ? 1 : 0;
+    // A rubber dam is thinner than the cells of the grid.
+    const double inside = look.metal > 0.5 || static_cast<Tissue>(t) == kRubber ? 0 : 1;
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, dry_reflectance(look), look.wetness, inside));
   }
 
