@@ -93,7 +93,7 @@ class TissueVolume {
   /// The writes of carve() and fill() since a mark.
   struct Written {
     VoxelBox box;                    // bounding box, voxels
-    std::vector<glm::ivec3> leaves;  // first voxels of the leaves (8³ samples) with the writes; some may occur twice
+    std::vector<glm::ivec3> leaves;  // first voxel of each written leaf (8³ samples); a leaf may be listed twice
     bool listed = true;              // true: `leaves` contains all leaves; false: only `box` is known
   };
   /// Sets `written` to all writes of carve() and fill() since `mark`. Returns false if these writes are not known any

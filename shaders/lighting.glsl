@@ -148,8 +148,8 @@ vec3 mirrored_light(vec3 p, vec3 n, vec3 r) {
   return sum;
 }
 
-/// Returns the light that has travelled inside the tissue and leaves it at p. xyz: this light divided by the tissue's
-/// reflectance; w: fraction of it that came directly from the lamp.
+/// Returns the light that has travelled inside the tissue and leaves it at p, or that arrives at an opaque body. xyz:
+/// this light divided by the tissue's reflectance; w: fraction of it that came directly from the lamp.
 vec4 light_in_tissue(vec3 p) {
   vec3 q = (p - frame.tissue_light_origin.xyz) * frame.tissue_light_origin.w + 0.5;
   return textureLod(tissue_light, (q / frame.tissue_light_cells.xyz).zyx, 0.0);

@@ -27,7 +27,7 @@ constexpr double kInside = 0.25;
 // left have less than this fraction of the weight, the rest of this fraction counts as dark.
 constexpr float kLeastSeen = 0.5f;
 constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
-// exponent of the cosine in the weight of a ray for this light: half the weight is within 10°
+// exponent of the cosine with which these rays are weighted; half of the weight lies within 10°
 constexpr float kImageLobe = 48;
 constexpr int kImageStep = 2;      // distance, in grid spacings, of the samples in open space that have this light
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it

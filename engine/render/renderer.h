@@ -119,7 +119,7 @@ struct LightGrid {
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
   // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
-  // Light as wet tissue and metal mirror it: the linear radiance from each direction, as the mean over a lobe of about
+  // Mirrored light, for wet tissue and metal: the linear radiance from each direction, averaged over a lobe of about
   // ±10°. The directions are the nodes of an octahedral map (image_direction() in light_scene.h); see image_index().
   static constexpr int kImageSide = shared::kImageSide;
   std::vector<glm::vec3> images;
@@ -151,8 +151,8 @@ struct TissueLightGrid {
   double spacing = 0;  // m, distance between neighbouring cells
   glm::ivec3 size{0};  // number of cells along x, y and z; 0: no grid
   // With the index (x·size.y + y)·size.z + z. xyz: light that leaves the surface, divided by the tissue's reflectance,
-  // linear: in a flat layer with the same light everywhere, this is the irradiance divided by π. w: fraction of this
-  // light that came directly from the lamp.
+  // linear: in a flat layer or on an opaque body, this is the irradiance divided by π, if the light is the same
+  // everywhere. w: fraction of it that came directly from the lamp.
   std::vector<glm::vec4> values;
 };
 

@@ -468,8 +468,8 @@ struct TissueLight::Impl {
       if (met != kNone) {
         if (in_hard[elements[static_cast<std::size_t>(met)].cell] != in_hard[e.cell]) return {};
         Exit exit{met, glm::vec3(0)};
-        // The density with which each colour's free path gives this walk, relative to the largest of the three. Only
-        // the logarithms are finite for every walk.
+        // The density with which each colour's free path gives this walk, relative to the largest of the three. It is
+        // computed from logarithms, because the densities of a long walk may be too large or too small for a float.
         glm::vec3 density;
         for (int c = 0; c < 3; ++c)
           density[c] = static_cast<float>(scattered) * std::log(e.path[leading] / e.path[c]) +
@@ -676,7 +676,8 @@ struct TissueLight::Impl {
 
   /// Returns the light of an element, averaged over its neighbours on the same side of the body. This removes most of
   /// the noise of the random walks. Light inside tissue changes little over a distance that is shorter than its free
-  /// path, so the mean is taken over a part of the free path.
+  /// path, so the mean is taken over a part of the free path. On opaque bodies, it is taken over the nearest cells, and
+  /// removes the noise of the rays.
   glm::vec4 smoothed(const Element& e) const {
     const bool opaque = e.path == glm::vec3(0);
     const float width = std::clamp(kSmooth * e.path.y / spacing, 0.6f, 1.6f);  // cells

@@ -1,8 +1,8 @@
 // Light that has travelled inside translucent tissue. Light that enters enamel, dentin or gum is scattered many times
 // and leaves the tissue up to a few millimetres away. So shadows and fissures are soft, and ridges are bright. This
 // light is computed by random walks on the CPU, in a grid of cells around the working tooth, and the shaders read it
-// per vertex. It is used only in scenes with a LightGrid. When the tissue is cut, only the cells near the cut are
-// computed again.
+// per vertex. On opaque bodies, the grid contains the light that arrives. It is used only in scenes with a LightGrid.
+// When the tissue is cut, only the cells near the cut are computed again.
 #pragma once
 
 #include <array>

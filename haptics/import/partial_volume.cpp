@@ -24,7 +24,7 @@ struct BallSample {
 // The samples of the ball at one x and y, relative to the middle of the ball. They are neighbours along z.
 struct BallRow {
   int x, y, half;                   // z is from -half to half
-  std::vector<BallSample> samples;  // in the order of z
+  std::vector<BallSample> samples;  // sorted by z
 };
 
 std::vector<BallRow> ball_rows(double blur) {

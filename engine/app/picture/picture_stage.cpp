@@ -282,8 +282,8 @@ void PictureStage::follow_light(const render::Lights& lights) {
       std::vector<render::LitTriangle> body;
       render::append_triangles(body, mesh.bricks, mesh.origin, looks);
       triangles.insert(triangles.end(), body.begin(), body.end());
-      const bool empty = mesh.coarse.empty() || mesh.coarse.front().vertices.empty();
-      const Tissue outer = empty ? Tissue::kAir : mesh.coarse.front().vertices.front().tissue[0];
+      const bool empty = mesh.bricks.empty() || mesh.bricks.front().vertices.empty();
+      const Tissue outer = empty ? Tissue::kAir : mesh.bricks.front().vertices.front().tissue[0];
       const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
       tissue_light_->add_fixed(std::move(body), hard);
     }

@@ -286,11 +286,8 @@ std::optional<session::Preparation> TaskEvaluator::judge(const haptics::TissueVo
                                                          session::ScoreInput& input) const {
   if (task_ && task_->explore) return std::nullopt;
   session::Preparation in = preparation(after);
-  const Reference box{in.frame.origin, in.before.size, {}};
-  if (!reference_ || reference_->origin != box.origin || reference_->size != box.size) {
-    reference_ = box;
-    reference_->cavity = session::cavity_reference(in);
-  }
+  if (!reference_ || reference_->origin != in.frame.origin || reference_->size != in.before.size)
+    reference_ = Reference{in.frame.origin, in.before.size, session::cavity_reference(in)};
   const session::CavityAndIdeal measured = session::measure_against_ideal(in, reference_->cavity);
   input.cavity = measured.result;
   input.cavity_ideal = measured.ideal;
