@@ -142,6 +142,10 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// result is scaled to the sum 1; in air it is 0.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
+/// Returns the tissue of the eight voxels around a point if all of them have the same label, and otherwise kAir.
+/// sample_tissue() then is 1 for this tissue.
+Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+
 /// Returns the weights of sample_tissue(), each multiplied by the hardness of its voxels (hardness.h). Without hardness
 /// per voxel, returns the weights.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;

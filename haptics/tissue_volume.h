@@ -148,6 +148,9 @@ class TissueVolume {
   /// Determines which samples of a block of 8³ samples are inside tissue. The first sample of the block is at voxel
   /// 8·key.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
+  /// Returns which tissues the labels of a block of 8³ voxels show: bit t of the result is set if a voxel shows tissue
+  /// t. The first voxel of the block is at 8·key.
+  std::uint32_t tissues_in_block(const glm::ivec3& key) const;
 
   /// Removes a loose piece and corrects the distances around it. Labels do not change. Returns the volume of the piece
   /// per tissue, m³.

@@ -1,5 +1,7 @@
 // Interpolation of distances and labels in a patch, the copy of the field around the tool (see surface_patch.h).
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/cubic.h"
@@ -67,6 +69,22 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   double out[4];
   cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 4), sx, sy, fractions, out, kCubicLanes);
   return {out[0], {out[1], out[2], out[3]}};
+}
+
+Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  const Cell c = cell_at(patch, p_V);
+  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy, first = patch.at(c.x, c.y, c.z);
+  // the labels of two voxels that are neighbours along z
+  const auto pair = [&](std::size_t at) {
+    std::uint16_t two;
+    std::memcpy(&two, patch.tissue.data() + at, sizeof two);
+    return two;
+  };
+  const Tissue label = patch.tissue[first];
+  const auto all = static_cast<std::uint16_t>(0x101 * static_cast<unsigned>(label));
+  return ((pair(first) ^ all) | (pair(first + sy) ^ all) | (pair(first + sx) ^ all) | (pair(first + sx + sy) ^ all))
+             ? Tissue::kAir
+             : shown(label);
 }
 
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {

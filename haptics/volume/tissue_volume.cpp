@@ -720,6 +720,25 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
   bits = solid_bits(leaf->buffer().data());
 }
 
+namespace {
+
+/// Returns which tissues the label values of a leaf show, as TissueVolume::tissues_in_block() does.
+TYPODONT_DISPATCH("avx2", "default")
+std::uint32_t tissues_of(const std::int32_t* values) {
+  std::uint32_t tissues = 0;
+  for (int i = 0; i < kLeafEdge * kLeafEdge * kLeafEdge; ++i) tissues |= 1u << (values[i] & kShown);
+  return tissues;
+}
+
+}  // namespace
+
+std::uint32_t TissueVolume::tissues_in_block(const glm::ivec3& key) const {
+  const openvdb::Coord origin = coord(key * kLeafEdge);
+  const auto& tree = impl_->tissue->tree();
+  if (const auto* leaf = tree.probeConstLeaf(origin)) return tissues_of(leaf->buffer().data());
+  return 1u << static_cast<int>(shown_in(tree.getValue(origin)));
+}
+
 SolidBits solid_bits(const float* samples) {
   std::uint8_t rows[kLeafEdge * kLeafEdge];
   samples_in_tissue(samples, rows);

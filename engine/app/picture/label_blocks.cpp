@@ -1,7 +1,5 @@
 #include "engine/app/picture/label_blocks.h"
 
-#include <cstring>
-
 #include "engine/app/field/brick_update.h"
 
 namespace typodont {
@@ -11,16 +9,20 @@ void LabelBlocks::forget() {
   used_ = 0;
 }
 
-void LabelBlocks::copy(const haptics::TissueVolume& volume, const glm::ivec3& key, Labels& labels) const {
-  volume.copy(kSide * key, glm::ivec3(kSide), nullptr, labels.data());
-  drawn_as_.apply(labels);
-}
-
 void LabelBlocks::read(const haptics::TissueVolume& volume, Block& block) {
   if (used_ == labels_.size()) labels_.push_back(std::make_unique_for_overwrite<Labels>());
   Labels& labels = *labels_[used_++];
-  copy(volume, block.key, labels);
+  volume.copy(kSide * block.key, glm::ivec3(kSide), nullptr, labels.data());
+  drawn_as_.apply(labels);
   block.labels = &labels;
+}
+
+LabelBlocks::Tissues LabelBlocks::drawn(Tissues tissues) const {
+  unsigned looks = 0;
+  for (int t = 0; t < kTissueCount; ++t) {
+    if (tissues >> t & 1) looks |= set_of(drawn_as_(static_cast<Tissue>(t)));
+  }
+  return static_cast<Tissues>(looks);
 }
 
 LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume, const glm::ivec3& key) {
@@ -28,23 +30,9 @@ LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume, cons
   Block& block = found->second;
   if (!unknown) return block;
   block.key = key;
-  copy(volume, key, scratch_);
   for (int cube = 0; cube < 8; ++cube) {
-    const Tissue* first = &scratch_[static_cast<std::size_t>(
-        kCube * ((cube >> 2) * kSide * kSide + (cube >> 1 & 1) * kSide + (cube & 1)))];
-    unsigned tissues = 0;
-    std::uint64_t last = ~std::uint64_t{0};  // no row of labels is equal to this
-    for (int row = 0; row < kCube * kCube; ++row) {
-      const Tissue* labels = first + (row / kCube) * kSide * kSide + row % kCube * kSide;
-      std::uint64_t eight;  // usually a row of eight labels is equal to the row before
-      static_assert(sizeof eight == kCube * sizeof(Tissue));
-      std::memcpy(&eight, labels, sizeof eight);
-      if (eight == last) continue;
-      last = eight;
-      const bool uniform = eight == (eight & 0xff) * 0x0101010101010101u;
-      for (int z = 0; z < (uniform ? 1 : kCube); ++z) tissues |= set_of(labels[z]);
-    }
-    block.cubes[static_cast<std::size_t>(cube)] = static_cast<Tissues>(tissues);
+    const glm::ivec3 at = 2 * key + glm::ivec3(cube >> 2, cube >> 1 & 1, cube & 1);
+    block.cubes[static_cast<std::size_t>(cube)] = drawn(static_cast<Tissues>(volume.tissues_in_block(at)));
   }
   return block;
 }

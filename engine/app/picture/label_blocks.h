@@ -52,7 +52,7 @@ class LabelBlocks {
 
  private:
   static constexpr int kShift = 4, kSide = 1 << kShift, kMask = kSide - 1;
-  static constexpr int kCubeShift = kShift - 1, kCube = 1 << kCubeShift;  // a block consists of 2³ cubes
+  static constexpr int kCubeShift = kShift - 1;  // a block consists of 2³ cubes of 8³ voxels
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     glm::ivec3 key{0};
@@ -61,7 +61,8 @@ class LabelBlocks {
   };
 
   Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  void copy(const haptics::TissueVolume& volume, const glm::ivec3& key, Labels& labels) const;
+  /// Returns the tissues whose look these tissues get in pictures.
+  Tissues drawn(Tissues tissues) const;
   /// Reads the labels of a block.
   void read(const haptics::TissueVolume& volume, Block& block);
 
@@ -70,7 +71,6 @@ class LabelBlocks {
   /// labels of blocks; only the first `used_` are valid, the others are unused memory for later blocks
   std::vector<std::unique_ptr<Labels>> labels_;
   std::size_t used_ = 0;
-  Labels scratch_;  // labels of the last block whose tissues were found
   std::vector<Block*> around_;
   std::vector<Tissues> cubes_;  // the tissues in each cube of the present blocks
   Tissues all_ = 0;             // the tissues in all present blocks

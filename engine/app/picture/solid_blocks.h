@@ -14,39 +14,51 @@ namespace typodont {
 
 class SolidBlocks {
  public:
-  /// Indices of a voxel in a vector register: x, y, z, and a fourth lane without meaning.
-  using Voxel = FourInts;
+  /// Indices of four voxels, one in each lane of the vector registers.
+  struct Voxels {
+    FourInts x, y, z;
+  };
 
   /// Discards all blocks, because the volume may have changed.
   void forget() {
     blocks_.clear();
     recent_.fill({});
   }
-  /// Returns true if the sample lies in tissue. All calls after forget() must have the same `volume`.
-  bool solid(const haptics::TissueVolume& volume, const Voxel& voxel) {
-    const Voxel key = voxel >> 3, in = voxel & 7, place = key & (kWindow - 1);
-    Recent& recent = recent_[static_cast<std::size_t>((place[0] * kWindow + place[1]) * kWindow + place[2])];
-    const Voxel differs = recent.key != key;
-    if (!recent.bits || (differs[0] | differs[1] | differs[2]) != 0) {
-      const glm::ivec3 block(key[0], key[1], key[2]);
-      const auto [found, fresh] = blocks_.try_emplace(brick_number(block));
-      if (fresh) volume.solid_block(block, found->second);
-      recent = {key, &found->second};
+  /// Returns true for each of the first `count` voxels that lies in tissue, as bits of a mask. All calls after forget()
+  /// must have the same `volume`.
+  unsigned solid(const haptics::TissueVolume& volume, const Voxels& voxels, int count) {
+    const FourInts x = voxels.x >> 3, y = voxels.y >> 3, z = voxels.z >> 3;  // the blocks of the voxels
+    const FourInts place = (x & kLow) << 2 * kLowBits | (y & kLow) << kLowBits | (z & kLow);
+    const FourInts tag = high_bits(x) << 2 * kHighBits | high_bits(y) << kHighBits | high_bits(z);
+    const FourInts row = voxels.x & 7, bit = (voxels.y & 7) << 3 | (voxels.z & 7);
+    unsigned mask = 0;
+    for (int i = 0; i < count; ++i) {
+      Recent& recent = recent_[static_cast<std::size_t>(place[i])];
+      if (!recent.bits || recent.tag != tag[i]) recent = {tag[i], &block(volume, {x[i], y[i], z[i]})};
+      mask |= static_cast<unsigned>((*recent.bits)[static_cast<std::size_t>(row[i])] >> bit[i] & 1) << i;
     }
-    return (*recent.bits)[static_cast<std::size_t>(in[0])] >> (8 * in[1] + in[2]) & 1;
+    return mask;
   }
 
  private:
-  // Blocks along each axis. The samples around one brick (mesh block) lie in fewer blocks, so that each of these blocks
-  // has its own place in `recent_`.
-  static constexpr int kWindow = 8;
+  // The low bits of a block's indices select its place in `recent_`. The samples around one brick (mesh block) lie in
+  // at most 8³ blocks, so each of these blocks has its own place. The next bits are the tag. No volume has more than
+  // 2^13 blocks along an axis.
+  static constexpr int kLowBits = 3, kLow = (1 << kLowBits) - 1, kHighBits = 10;
+  static FourInts high_bits(const FourInts& key) { return key >> kLowBits & ((1 << kHighBits) - 1); }
   struct Recent {
-    Voxel key = {};
+    int tag = 0;
     const haptics::SolidBits* bits = nullptr;
   };
 
+  const haptics::SolidBits& block(const haptics::TissueVolume& volume, const glm::ivec3& key) {
+    const auto [found, fresh] = blocks_.try_emplace(brick_number(key));
+    if (fresh) volume.solid_block(key, found->second);
+    return found->second;
+  }
+
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  std::array<Recent, kWindow * kWindow * kWindow> recent_{};  // the last block that was used at each place
+  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // the last block that was used at each place
 };
 
 }  // namespace typodont

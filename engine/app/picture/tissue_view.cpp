@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -94,16 +95,14 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
-/// Returns three coordinates in a vector register, with a fourth lane without meaning.
-Four lanes_of(const glm::vec3& p) {
-  return Four{p.x, p.y, p.z, 0};
+/// Rounds down each number. The conversion to integers rounds towards zero, so negative numbers are corrected.
+FourInts rounded_down(const Four& v) {
+  const FourInts i = __builtin_convertvector(v, FourInts);
+  return i + (v < __builtin_convertvector(i, Four));  // each lane of a true comparison is −1
 }
-
-/// Returns the voxel that contains a point, i.e. rounds down each coordinate. The conversion to integers rounds towards
-/// zero, so negative coordinates are corrected.
-SolidBlocks::Voxel voxel_with(const Four& p) {
-  const SolidBlocks::Voxel voxel = __builtin_convertvector(p, SolidBlocks::Voxel);
-  return voxel + (p < __builtin_convertvector(voxel, Four));  // each lane of a true comparison is −1
+/// Returns the voxels that contain four points.
+SolidBlocks::Voxels voxels_with(const Four& x, const Four& y, const Four& z) {
+  return {rounded_down(x), rounded_down(y), rounded_down(z)};
 }
 
 bool translucent(Tissue tissue) {
@@ -119,8 +118,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   // voxels, distance between two test points on a line into the tissue; a usual gap in the tissue is wider than this,
   // so it contains a test point
   constexpr float kProbe = 3.5f;
+  constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // depths of the test points
+  static_assert(4 * kProbe >= kSearchDepth);
   constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
+  const int probes = static_cast<int>(most / kProbe);
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
     if (natural) {
@@ -128,9 +130,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
-    const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, voxel_with(lanes_of(place))); };
-    const Four from = lanes_of(start), normal = lanes_of(v.n);
-    const auto leaves_at = [&](float way) { return !solid_.solid(volume, voxel_with(from - way * normal)); };
+    // bits of the first `count` test points at the depths `ways` that lie in tissue
+    const auto solid_at = [&](const Four& ways, int count) {
+      return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
+                          count);
+    };
     // At the edge of a thick body, the line of test points can leave the body through its side. This is no gap. A gap
     // counts only if the four test points around the line are also empty.
     const auto all_empty_at = [&](float way) {
@@ -140,19 +144,23 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
-      return empty(place + along) && empty(place - along) && empty(place + across) && empty(place - across);
+      constexpr Four kAlong = {1, -1, 0, 0}, kAcross = {0, 0, 1, -1};
+      return solid_.solid(volume,
+                          voxels_with(place.x + kAlong * along.x + kAcross * across.x,
+                                      place.y + kAlong * along.y + kAcross * across.y,
+                                      place.z + kAlong * along.z + kAcross * across.z),
+                          4) == 0;
     };
-    for (float way = kProbe; way <= most; way += kProbe) {
-      if (!leaves_at(way)) continue;
-      if (!all_empty_at(way)) break;
-      float near = way - kProbe, far = way;
-      for (int i = 0; i < 3; ++i) {
-        const float middle = 0.5f * (near + far);
-        (leaves_at(middle) ? far : near) = middle;
-      }
-      v.thin = 1 - 0.5f * (near + far) * static_cast<float>(voxel / render::kTranslucentThickness);
-      break;
+    const unsigned left = ~solid_at(kWays, probes) & ((1u << probes) - 1);
+    if (left == 0) continue;
+    const float way = kWays[std::countr_zero(left)];  // the first test point outside the tissue
+    if (!all_empty_at(way)) continue;
+    float near = way - kProbe, far = way;
+    for (int i = 0; i < 3; ++i) {
+      const float middle = 0.5f * (near + far);
+      (solid_at(Four{middle}, 1) ? near : far) = middle;
     }
+    v.thin = 1 - 0.5f * (near + far) * static_cast<float>(voxel / render::kTranslucentThickness);
   }
 }
 

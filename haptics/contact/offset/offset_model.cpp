@@ -96,7 +96,9 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
   out.unit = h;
   out.count = contacts_.count();
   out.own = contacts_.own();
+  const bool graded = !patch_.hardness.empty();
   double total = 0;
+  Tissue only = Tissue::kAir;  // the tissue below the contact, if there is one contact with one tissue
   for (int i = 0; i < p.active.count; ++i) {
     const int which = p.active.index[i];
     const ContactPlane plane = contacts_.plane(which);
@@ -115,17 +117,29 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
       below = plane.x / static_cast<double>(felt_in->every) - kFeltBelow * plane.n;
       if (!felt_in->holds(below, 0)) continue;
     }
+    // The usual case, a single contact with a single tissue, needs no fractions.
+    const Tissue sole = graded ? Tissue::kAir : sole_tissue(*felt_in, below);
+    if (sole != Tissue::kAir) {
+      out.tissue[static_cast<std::size_t>(sole)] += weight;
+      only = p.active.count == 1 && weight > 0 ? sole : Tissue::kAir;
+      continue;
+    }
     const PerTissue here = sample_tissue(*felt_in, below);
     for (std::size_t t = 1; t < here.size(); ++t) out.tissue[t] += weight * here[t];
-    if (patch_.hardness.empty()) continue;
+    if (!graded) continue;
     const PerTissue hardened = sample_hardness(*felt_in, below);
     for (std::size_t t = 1; t < here.size(); ++t) out.hardness[t] += weight * hardened[t];
   }
   double labelled = 0;
-  for (const double fraction : out.tissue) labelled += fraction;
+  if (only != Tissue::kAir) {
+    out.tissue[static_cast<std::size_t>(only)] = 1;
+    out.known_tissue = true;
+  } else {
+    for (const double fraction : out.tissue) labelled += fraction;
+  }
   if (labelled > 0) {
-    out.graded = !patch_.hardness.empty();
-    for (std::size_t t = 1; t < out.tissue.size() && out.graded; ++t) {
+    out.graded = graded;
+    for (std::size_t t = 1; t < out.tissue.size() && graded; ++t) {
       out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
     }
     for (double& fraction : out.tissue) fraction /= labelled;
