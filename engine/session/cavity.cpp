@@ -339,8 +339,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
 }
 
 CavityReference without_measures(const Preparation& in) {
-  CavityReference g{
-      redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}, {}};
+  CavityReference g{TrueDistances(in.before), {}, {}, {}, {}};
+  if (!in.ideal.distance.empty()) g.ideal.emplace(in.ideal);
   g.pulp.resize(in.tissue.size());
   bool any = false;
   for (std::size_t i = 0; i < in.tissue.size(); ++i) {
@@ -389,7 +389,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   CavityMeasures m;
   m.has_ideal = !in.ideal.distance.empty();
   const double h = in.frame.voxel, h2 = h * h, h3 = h2 * h;
-  const DenseField &before = known.before, &ideal = known.ideal;
+  const TrueDistances& before = known.before;
   const std::size_t count = after.distance.size();
 
   // Computes the volumes from the fraction of each voxel inside each of the surfaces (before, after, ideal).
@@ -430,9 +430,9 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     f.inside = after.distance[t[0].i] < 0 ? t[0].i : t[0].j;
     double old = 0, off = 0;
     for (const EdgePoint& e : t) {
-      old += e.of(before.distance) / 3;
+      old += e.of(before) / 3;
       if (!m.has_ideal) continue;
-      double d = e.of(ideal.distance);
+      double d = e.of(*known.ideal);
       if (std::abs(d) < kRounding) d = 0;
       off += d / 3;
       Place& place = d < 0 ? m.over : m.under;

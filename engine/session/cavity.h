@@ -85,7 +85,8 @@ struct CavityAndIdeal {
 /// What does not depend on the result, but only on the tissue before the work and on the ideal. It is expensive to
 /// compute, so results of the same task share it.
 struct CavityReference {
-  DenseField before, ideal;                // distance fields with true distances, see redistanced()
+  TrueDistances before;
+  std::optional<TrueDistances> ideal;      // no value if the task has no ideal
   std::vector<bool> pulp;                  // true for each voxel of pulp
   std::vector<std::size_t> to_pulp;        // for each voxel: index of the nearest pulp voxel; empty if there is no pulp
   std::optional<CavityMeasures> measures;  // of the ideal; no value if the task has no ideal

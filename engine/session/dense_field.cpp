@@ -4,13 +4,16 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <optional>
+#include <utility>
+
+#include "engine/base/dispatch.h"
+#include "engine/base/vectors.h"
 
 namespace typodont::session {
 
 namespace {
 
-// voxels. For every voxel, redistanced() first takes the surface point of the nearest seed (a voxel next to the
+// voxels. For every voxel, TrueDistances first takes the surface point of the nearest seed (a voxel next to the
 // surface). If this point is nearer to the voxel than this limit, the point is then moved towards the voxel's own
 // closest surface point.
 constexpr float kRefineLimit = 20;
@@ -18,47 +21,170 @@ constexpr float kRefineLimit = 20;
 // (1.73), so all corners of a voxel that the surface crosses keep their distances.
 constexpr float kUnchangedBand = 1.8f;
 
-/// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. A seed is either a voxel
-/// whose closest surface point is known, or a marked voxel. There are eight passes over all voxels, one for each
-/// combination of ascending and descending axes. `closer(p, to, from)` compares the seeds of two neighbours: if the
-/// seed of the voxel `from` is nearer to the voxel `to` (at p) than the present seed of `to`, the voxel `to`
-/// gets the seed of `from`.
-template <class Closer>
-void sweep_all(const glm::ivec3& size, Closer&& closer) {
-  const auto n = glm::ivec3(size);
-  const std::size_t step[3] = {static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z),
-                               static_cast<std::size_t>(n.z), 1};
-  for (int pass = 0; pass < 8; ++pass) {
-    const bool up[3] = {(pass & 1) == 0, (pass & 2) == 0, (pass & 4) == 0};
-    for (int a = 0; a < n.x; ++a) {
-      const int x = up[0] ? a : n.x - 1 - a;
-      for (int b = 0; b < n.y; ++b) {
-        const int y = up[1] ? b : n.y - 1 - b;
-        for (int c = 0; c < n.z; ++c) {
-          const int z = up[2] ? c : n.z - 1 - c;
-          const std::size_t at = static_cast<std::size_t>(x) * step[0] + static_cast<std::size_t>(y) * step[1] +
-                                 static_cast<std::size_t>(z);
-          if (a > 0) closer(glm::ivec3(x, y, z), at, up[0] ? at - step[0] : at + step[0]);
-          if (b > 0) closer(glm::ivec3(x, y, z), at, up[1] ? at - step[1] : at + step[1]);
-          if (c > 0) closer(glm::ivec3(x, y, z), at, up[2] ? at - step[2] : at + step[2]);
-        }
-      }
+/// For each voxel of a box or of a row: the point (voxels) of its nearest seed, the number of this seed, and the square
+/// of the distance to it, or a larger value that a nearer seed must fall below. Every value is an array of its own, so
+/// that the compiler computes several voxels at once.
+struct Nearest {
+  float *bound, *x, *y, *z;
+  std::uint32_t* seed;
+
+  Nearest operator+(std::size_t by) const { return {bound + by, x + by, y + by, z + by, seed + by}; }
+};
+
+/// A square of a distance (voxels) that is larger than in any box. A voxel without a seed has this bound, and its point
+/// is so far away that no neighbour takes it.
+constexpr float kNoBound = 1e12f;
+constexpr float kNoPoint = 1e9f;
+
+/// Returns the bound for a seed at the squared distance `square`. kRooted: the square of the rounded distance, for
+/// users of the distance itself; it can differ from `square` in the last bit.
+template <bool kRooted>
+float bound_of(float square) {
+  if constexpr (kRooted) {
+    const float root = std::sqrt(square);
+    return root * root;
+  } else {
+    return square;
+  }
+}
+
+/// Gives each voxel of the row `to`, at (x, y, 0…n-1), the seed of its neighbour in the row `from` if that is nearer.
+template <bool kRooted>
+TYPODONT_INLINE void pass_to_row(int n, float x, float y, const Nearest& from, const Nearest& to) {
+  float* const __restrict bound = to.bound;
+  float* const __restrict to_x = to.x;
+  float* const __restrict to_y = to.y;
+  float* const __restrict to_z = to.z;
+  std::uint32_t* const __restrict seed = to.seed;
+  for (int z = 0; z < n; ++z) {
+    const float dx = x - from.x[z], dy = y - from.y[z], dz = static_cast<float>(z) - from.z[z];
+    const float square = dx * dx + dy * dy + dz * dz;
+    const bool nearer = square < bound[z];
+    bound[z] = nearer ? bound_of<kRooted>(square) : bound[z];
+    to_x[z] = nearer ? from.x[z] : to_x[z];
+    to_y[z] = nearer ? from.y[z] : to_y[z];
+    to_z[z] = nearer ? from.z[z] : to_z[z];
+    seed[z] = nearer ? from.seed[z] : seed[z];
+  }
+}
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void pass_rooted(int n, float x, float y, const Nearest& from, const Nearest& to) {
+  pass_to_row<true>(n, x, y, from, to);
+}
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void pass_exact(int n, float x, float y, const Nearest& from, const Nearest& to) {
+  pass_to_row<false>(n, x, y, from, to);
+}
+
+/// Passes seeds along the row `row` of n voxels at (x, y), in ascending or descending direction.
+template <bool kRooted>
+void pass_along(int n, bool up, float x, float y, const Nearest& row) {
+  const int step = up ? 1 : -1;
+  int z = up ? 0 : n - 1;
+  float px = row.x[z], py = row.y[z], pz = row.z[z];
+  std::uint32_t seed = row.seed[z];
+  for (int k = 1; k < n; ++k) {
+    z += step;
+    const float dx = x - px, dy = y - py, dz = static_cast<float>(z) - pz;
+    const float square = dx * dx + dy * dy + dz * dz;
+    if (square < row.bound[z]) {
+      row.bound[z] = bound_of<kRooted>(square);
+      row.x[z] = px, row.y[z] = py, row.z[z] = pz;
+      row.seed[z] = seed;
+    } else {
+      px = row.x[z], py = row.y[z], pz = row.z[z];
+      seed = row.seed[z];
     }
   }
 }
 
+using FourDoubles = double __attribute__((vector_size(32)));
+using TwoDoubles = double __attribute__((vector_size(16)));
+
+/// Returns the trilinear interpolation at the point p (voxels) of the values `value(index)` (float) of the field's
+/// voxels. The four lines along z are interpolated at once, and then the two lines along y.
+template <class Value>
+double interpolated(const DenseField& field, const glm::dvec3& p, const Value& value) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0), glm::dvec3(field.size - 1));
+  const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(field.size - 2, glm::ivec3(0)));
+  const glm::dvec3 f = q - glm::dvec3(i);
+  // Distances of the other corners in the array. A box can be one voxel thin.
+  const auto nz = static_cast<std::size_t>(field.size.z), nyz = static_cast<std::size_t>(field.size.y) * nz;
+  const std::size_t x = field.size.x > 1 ? nyz : 0, y = field.size.y > 1 ? nz : 0, z = field.size.z > 1 ? 1 : 0;
+  const std::size_t at = field.at(i.x, i.y, i.z);
+  const auto lines = [&](std::size_t from) {
+    return Four{value(from), value(from + x), value(from + y), value(from + x + y)};
+  };
+  const auto low = __builtin_convertvector(lines(at), FourDoubles),
+             high = __builtin_convertvector(lines(at + z), FourDoubles), along_z = low + f.z * (high - low);
+  const TwoDoubles near = {along_z[0], along_z[1]}, far = {along_z[2], along_z[3]}, along_y = near + f.y * (far - near);
+  return along_y[0] + f.x * (along_y[1] - along_y[0]);
+}
+
+/// Returns the normal of the field's surface at p (voxels); none if the gradient is too small for a direction.
+std::optional<glm::dvec3> normal_at(const DenseField& field, const glm::dvec3& p) {
+  const glm::dvec3 g = field.gradient(p);
+  return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
+}
+
+/// Nearest seeds for all voxels of a box.
+class NearestSeeds {
+ public:
+  explicit NearestSeeds(const glm::ivec3& size)
+      : size_(size),
+        count_(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)),
+        bounds_(count_, kNoBound),
+        points_(3 * count_, kNoPoint),
+        seeds_(count_, kNone) {}
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  /// Makes the voxel `at` a seed with the point `p` (voxels).
+  void set(std::size_t at, std::uint32_t seed, const glm::vec3& p, float bound) {
+    bounds_[at] = bound;
+    for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
+    seeds_[at] = seed;
+  }
+  /// Seeds and bounds of all voxels.
+  std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
+  std::vector<float> bounds() && { return std::move(bounds_); }
+
+  /// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. There are eight passes
+  /// over all voxels, one for each combination of ascending and descending axes. A voxel takes a neighbour's seed if it
+  /// is nearer than its own. In a pass, the neighbours along x and y of a row of voxels are finished before the row, so
+  /// that they pass their seeds to the whole row at once.
+  template <bool kRooted>
+  void pass_all() {
+    const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;
+    const Nearest all{bounds_.data(), points_.data(), points_.data() + count_, points_.data() + 2 * count_,
+                      seeds_.data()};
+    for (int pass = 0; pass < 8; ++pass) {
+      const bool up_x = (pass & 1) == 0, up_y = (pass & 2) == 0, up_z = (pass & 4) == 0;
+      for (int a = 0; a < size_.x; ++a) {
+        const int x = up_x ? a : size_.x - 1 - a;
+        for (int b = 0; b < size_.y; ++b) {
+          const int y = up_y ? b : size_.y - 1 - b;
+          const std::size_t at = static_cast<std::size_t>(x) * nyz + static_cast<std::size_t>(y) * nz;
+          const auto px = static_cast<float>(x), py = static_cast<float>(y);
+          const auto pass_row = kRooted ? pass_rooted : pass_exact;
+          if (a > 0) pass_row(size_.z, px, py, all + (up_x ? at - nyz : at + nyz), all + at);
+          if (b > 0) pass_row(size_.z, px, py, all + (up_y ? at - nz : at + nz), all + at);
+          pass_along<kRooted>(size_.z, up_z, px, py, all + at);
+        }
+      }
+    }
+  }
+
+ private:
+  glm::ivec3 size_;
+  std::size_t count_;
+  std::vector<float> bounds_, points_;  // points_: all x, then all y, then all z
+  std::vector<std::uint32_t> seeds_;
+};
+
 }  // namespace
 
 double DenseField::sample(const glm::dvec3& p) const {
-  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0), glm::dvec3(size - 1));
-  const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(size - 2, glm::ivec3(0)));
-  const glm::ivec3 j = glm::min(i + 1, size - 1);
-  const glm::dvec3 f = q - glm::dvec3(i);
-  const auto v = [&](int x, int y, int z) { return static_cast<double>(distance[at(x, y, z)]); };
-  const auto line = [&](int x, int y) { return v(x, y, i.z) + f.z * (v(x, y, j.z) - v(x, y, i.z)); };
-  const double a = line(i.x, i.y) + f.y * (line(i.x, j.y) - line(i.x, i.y));
-  const double b = line(j.x, i.y) + f.y * (line(j.x, j.y) - line(j.x, i.y));
-  return a + f.x * (b - a);
+  return interpolated(*this, p, [this](std::size_t at) { return distance[at]; });
 }
 
 glm::dvec3 DenseField::gradient(const glm::dvec3& p, double reach) const {
@@ -75,27 +201,12 @@ double fraction_inside(double distance) {
   return std::clamp(0.5 - distance, 0.0, 1.0);
 }
 
-DenseField redistanced(const DenseField& field) {
-  const glm::ivec3 n = field.size;
-  const std::size_t count = field.distance.size();
-  constexpr float kFar = 1e6f;
-  /// A voxel next to the surface, its closest point on the surface, and the surface's normal there.
-  struct Seed {
-    std::size_t voxel;
-    glm::vec3 closest;
-    std::optional<glm::dvec3> normal;  // not if the gradient is too small for a direction
-  };
-  const auto normal_at = [&](const glm::dvec3& p) {
-    const glm::dvec3 g = field.gradient(p);
-    return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
-  };
-  std::vector<Seed> seeds;
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> nearest(count, kNone);  // index of the nearest seed
-  std::vector<float> best(count, kFar);              // voxels, distance to the closest point of that seed
-
+TrueDistances::TrueDistances(DenseField field)
+    : field_(std::move(field)), known_(field_.distance.size(), std::numeric_limits<float>::quiet_NaN()) {
+  const glm::ivec3 n = field_.size;
+  NearestSeeds nearest(n);
   // The closest point of a seed is computed from the gradient.
-  const auto inside = [&](int x, int y, int z) { return field.distance[field.at(x, y, z)] < 0; };
+  const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {
@@ -104,84 +215,88 @@ DenseField redistanced(const DenseField& field) {
                             (y > 0 && inside(x, y - 1, z) != in) || (y + 1 < n.y && inside(x, y + 1, z) != in) ||
                             (z > 0 && inside(x, y, z - 1) != in) || (z + 1 < n.z && inside(x, y, z + 1) != in);
         if (!border) continue;
-        const std::size_t at = field.at(x, y, z);
+        const std::size_t at = field_.at(x, y, z);
         const glm::dvec3 p(x, y, z);
-        const glm::dvec3 g = field.gradient(p);
-        const double length = glm::length(g), d = static_cast<double>(field.distance[at]);
+        const glm::dvec3 g = field_.gradient(p);
+        const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
         const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-        nearest[at] = static_cast<std::uint32_t>(seeds.size());
-        best[at] = std::abs(field.distance[at]);
-        seeds.push_back({at, closest, {}});
+        // A seed begins with the field's own distance, and keeps its point only if no other point is nearer.
+        nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
+        seeds_.push_back({closest, false, {}});
       }
     }
   }
-  for (Seed& seed : seeds) seed.normal = normal_at(glm::dvec3(seed.closest));
-  sweep_all(n, [&](const glm::ivec3& p, std::size_t to, std::size_t from) {
-    if (best[from] >= kFar) return;
-    // A voxel already has its distance to its seed, except the seed itself, which begins with the field's value.
-    if (nearest[from] == nearest[to] && seeds[nearest[to]].voxel != to) return;
-    const glm::vec3 d = glm::vec3(p) - seeds[nearest[from]].closest;
-    const float reach = glm::dot(d, d);
-    if (reach >= best[to] * best[to]) return;
-    best[to] = std::sqrt(reach);
-    nearest[to] = nearest[from];
-  });
+  nearest.pass_all<true>();
+  nearest_ = std::move(nearest).seeds();
+  reach_ = std::move(nearest).bounds();
+  for (float& reach : reach_) reach = std::sqrt(reach);
+}
 
+float TrueDistances::operator[](std::size_t at) const {
+  if (std::isnan(known_[at])) known_[at] = computed(at);
+  return known_[at];
+}
+
+double TrueDistances::sample(const glm::dvec3& p) const {
+  return interpolated(field_, p, [this](std::size_t at) { return (*this)[at]; });
+}
+
+float TrueDistances::computed(std::size_t at) const {
+  const float given = field_.distance[at];
+  if (std::abs(given) <= kUnchangedBand || nearest_[at] == NearestSeeds::kNone) return given;
+  if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
   // The closest point of the nearest seed is moved along the surface towards the voxel, so that it becomes the voxel's
   // own closest surface point. Many voxels have the same seed, so its normal is computed only once.
-  DenseField result = field;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t at = field.at(x, y, z);
-        if (std::abs(field.distance[at]) <= kUnchangedBand) continue;
-        if (best[at] >= kFar) continue;
-        if (best[at] > kRefineLimit) {
-          result.distance[at] = std::copysign(best[at], field.distance[at]);
-          continue;
-        }
-        const glm::dvec3 p(x, y, z);
-        const Seed& seed = seeds[nearest[at]];
-        glm::dvec3 c(seed.closest);
-        double reach = static_cast<double>(best[at]);
-        std::optional<glm::dvec3> normal = seed.normal;
-        for (int k = 0; k < 2; ++k) {
-          if (k > 0) normal = normal_at(c);
-          if (!normal) break;
-          glm::dvec3 along = p - c - glm::dot(p - c, *normal) * *normal;
-          const double length = glm::length(along);
-          if (length > 1) along /= length;
-          const glm::dvec3 moved = c + along - field.sample(c + along) * *normal;
-          const double now = glm::length(p - moved);
-          if (!(now < reach) || std::abs(field.sample(moved)) > 0.05) break;
-          reach = now;
-          c = moved;
-        }
-        result.distance[at] = std::copysign(std::max(static_cast<float>(reach), kUnchangedBand), field.distance[at]);
-      }
-    }
+  const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
+  const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
+  Seed& seed = seeds_[nearest_[at]];
+  if (!seed.has_normal) seed.normal = normal_at(field_, glm::dvec3(seed.closest));
+  seed.has_normal = true;
+  glm::dvec3 c(seed.closest);
+  double reach = static_cast<double>(reach_[at]);
+  std::optional<glm::dvec3> normal = seed.normal;
+  for (int k = 0; k < 2; ++k) {
+    if (k > 0) normal = normal_at(field_, c);
+    if (!normal) break;
+    glm::dvec3 along = p - c - glm::dot(p - c, *normal) * *normal;
+    const double length = glm::length(along);
+    if (length > 1) along /= length;
+    const glm::dvec3 moved = c + along - field_.sample(c + along) * *normal;
+    const double now = glm::length(p - moved);
+    if (!(now < reach) || std::abs(field_.sample(moved)) > 0.05) break;
+    reach = now;
+    c = moved;
   }
+  return std::copysign(std::max(static_cast<float>(reach), kUnchangedBand), given);
+}
+
+DenseField redistanced(const DenseField& field) {
+  const TrueDistances distances(field);
+  DenseField result = field;
+  for (std::size_t i = 0; i < result.distance.size(); ++i) result.distance[i] = distances[i];
   return result;
 }
 
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked) {
-  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> nearest(marked.size(), kNone);
-  for (std::size_t i = 0; i < marked.size(); ++i) {
-    if (marked[i]) nearest[i] = i;
+  NearestSeeds nearest(size);
+  std::vector<std::size_t> places;  // array index of each seed
+  std::size_t at = 0;
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z, ++at) {
+        if (!marked[at]) continue;
+        nearest.set(at, static_cast<std::uint32_t>(places.size()), glm::vec3(x, y, z), 0);
+        places.push_back(at);
+      }
+    }
   }
-  const auto nz = static_cast<std::size_t>(size.z), nyz = static_cast<std::size_t>(size.y) * nz;
-  const auto square = [&](const glm::ivec3& p, std::size_t i) {
-    const glm::ivec3 d =
-        p - glm::ivec3(static_cast<int>(i / nyz), static_cast<int>(i % nyz / nz), static_cast<int>(i % nz));
-    return static_cast<std::int64_t>(d.x) * d.x + static_cast<std::int64_t>(d.y) * d.y +
-           static_cast<std::int64_t>(d.z) * d.z;
-  };
-  sweep_all(size, [&](const glm::ivec3& p, std::size_t to, std::size_t from) {
-    if (nearest[from] == kNone || nearest[from] == nearest[to]) return;
-    if (nearest[to] == kNone || square(p, nearest[from]) < square(p, nearest[to])) nearest[to] = nearest[from];
-  });
-  return nearest;
+  nearest.pass_all<false>();
+  std::vector<std::size_t> result(marked.size(), std::numeric_limits<std::size_t>::max());
+  const std::vector<std::uint32_t> seeds = std::move(nearest).seeds();
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (seeds[i] != NearestSeeds::kNone) result[i] = places[seeds[i]];
+  }
+  return result;
 }
 
 }  // namespace typodont::session

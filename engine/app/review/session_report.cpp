@@ -1,7 +1,9 @@
 #include "engine/app/review/session_report.h"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/task/task.h"
@@ -39,17 +41,24 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false uses the surface of the
-/// distance field. `ideal`: the ideal result as a distance field that is exact everywhere, from which the differences
-/// are computed; null: the model shows no differences to the ideal.
-session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
+/// distance field. `ideal`: the ideal result, from which the differences are computed; null: the model shows no
+/// differences to the ideal.
+session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const haptics::TissueVolume* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
                                       ? whole_surface(*triangles, volume.frame())
                                       : whole_surface(volume, kTolerance);
+  std::optional<session::TrueDistances> distances;
+  VoxelFrame frame;  // of the distances
+  if (ideal) {
+    DenseCopy copy = dense_copy(*ideal);
+    frame = copy.frame;
+    distances.emplace(std::move(copy.field));
+  }
   session::ResultModel model;
   for (const surface::WholeMesh::Vertex& v : mesh.vertices) {
     const dvec3 p_W = volume.frame().to_world(dvec3(v.position));
-    const double off = ideal ? ideal->field.sample(ideal->frame.to_voxels(p_W)) * ideal->frame.voxel : 0;
+    const double off = distances ? distances->sample(frame.to_voxels(p_W)) * frame.voxel : 0;
     model.vertices.push_back({glm::vec3(p_W), v.normal, v.tissue, static_cast<float>(off)});
   }
   model.triangles = mesh.triangles;
@@ -60,14 +69,8 @@ session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, con
 void show(const Scene& scene, const haptics::TissueVolume& after, const haptics::TissueVolume* ideal,
           session::ReportOptions& report) {
   const bool own = draws_own_surface(scene);
-  if (!ideal) {
-    report.result = model_of(after, own, nullptr);
-    return;
-  }
-  DenseCopy copy = dense_copy(*ideal);
-  copy.field = session::redistanced(copy.field);
-  report.result = model_of(after, own, &copy);
-  report.ideal = model_of(*ideal, false, nullptr);
+  report.result = model_of(after, own, ideal);
+  if (ideal) report.ideal = model_of(*ideal, false, nullptr);
 }
 
 }  // namespace

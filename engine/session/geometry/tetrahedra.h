@@ -16,7 +16,9 @@ struct EdgePoint {
   double t = 0;
   glm::dvec3 p{0};  // voxels, position of the point
 
-  double of(const std::vector<float>& values) const {
+  /// Returns the interpolation at the point of `values`, which has a value (float) for each sample's index.
+  template <class Values>
+  double of(const Values& values) const {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
   }
 };
