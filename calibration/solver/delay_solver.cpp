@@ -8,8 +8,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "calibration/registration_solver.h"
 #include "engine/base/error.h"
@@ -31,6 +33,8 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
+constexpr std::size_t kThrough = 6;  // number of samples through which an interpolating polynomial goes
+
 // A stream without the samples of a frozen sensor. At each gap with missing samples, a new segment begins.
 struct Track {
   std::vector<double> t;
@@ -38,6 +42,8 @@ struct Track {
   std::vector<std::size_t> begin, end;  // for each sample: indices of the begin and the end of its segment
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
+  // for each sample: the denominators of the Lagrange polynomial through this sample and the next five
+  std::vector<std::array<double, kThrough>> denominators;
 };
 
 Track clean(const Stream& stream, const char* which) {
@@ -80,6 +86,16 @@ Track clean(const Stream& stream, const char* which) {
     i = stop;
   }
   track.lost = std::max(0, track.lost - track.frozen);
+  track.denominators.resize(n >= kThrough ? n - kThrough + 1 : 0);
+  for (std::size_t first = 0; first < track.denominators.size(); ++first) {
+    const double* t = &track.t[first];
+    for (std::size_t j = 0; j < kThrough; ++j) {
+      double& denominator = track.denominators[first][j] = 1;
+      for (std::size_t k = 0; k < kThrough; ++k) {
+        if (k != j) denominator *= (t[j] - t[k]) / track.step;
+      }
+    }
+  }
   return track;
 }
 
@@ -99,40 +115,43 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   }
   while (hint + 1 < n && track.t[hint + 1] <= u) ++hint;
   const std::size_t i = std::min(hint, n - 2), low = track.begin[i], high = track.end[i];
-  if (i + 1 >= high || high - low < 6) return {};
-  const std::size_t first = std::min(std::max(i, low + 2) - 2, high - 6);
+  if (i + 1 >= high || high - low < kThrough) return {};
+  const std::size_t first = std::min(std::max(i, low + 2) - 2, high - kThrough);
   const double* t = &track.t[first];
-  double denominator[6], gap[6];
-  for (int j = 0; j < 6; ++j) {
-    gap[j] = (u - t[j]) / track.step;
-    denominator[j] = 1;
-    for (int k = 0; k < 6; ++k) {
-      if (k != j) denominator[j] *= (t[j] - t[k]) / track.step;
+  double gap[kThrough];
+  for (std::size_t j = 0; j < kThrough; ++j) gap[j] = (u - t[j]) / track.step;
+  // [j][k]: the product of all gaps without the gaps j and k
+  double without[kThrough][kThrough];
+  for (std::size_t j = 0; j < kThrough; ++j) {
+    for (std::size_t k = 0; k < j; ++k) {
+      double product = 1;
+      for (std::size_t l = 0; l < kThrough; ++l) {
+        if (l != j && l != k) product *= gap[l];
+      }
+      without[j][k] = without[k][j] = product;
     }
   }
   Interpolated result{true, dvec3(0), dvec3(0), 0};
-  for (int j = 0; j < 6; ++j) {
+  for (std::size_t j = 0; j < kThrough; ++j) {
     double weight = 1, slope = 0;
-    for (int k = 0; k < 6; ++k) {
+    for (std::size_t k = 0; k < kThrough; ++k) {
       if (k == j) continue;
-      double others = 1;
-      for (int l = 0; l < 6; ++l) {
-        if (l != j && l != k) others *= gap[l];
-      }
       weight *= gap[k];
-      slope += others;
+      slope += without[j][k];
     }
-    weight /= denominator[j], slope /= denominator[j] * track.step;
-    result.p += weight * track.p[first + static_cast<std::size_t>(j)];
-    result.v += slope * track.p[first + static_cast<std::size_t>(j)];
+    const double denominator = track.denominators[first][j];
+    weight /= denominator, slope /= denominator * track.step;
+    result.p += weight * track.p[first + j];
+    result.v += slope * track.p[first + j];
     result.noise_gain += weight * weight;
   }
   return result;
 }
 
-// Computes the slope of the stream at sample k from the samples k ± 1 … k ± m, without sample k itself.
-bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
-  if (k < track.begin[k] + m || k + m >= track.end[k]) return false;
+// Computes the slope of the stream at sample k from the samples k ± 1 … k ± m, without sample k itself. Returns no
+// value across a gap.
+std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) {
+  if (k < track.begin[k] + m || k + m >= track.end[k]) return {};
   double mean_t = 0;
   dvec3 mean_p(0);
   for (std::size_t j = k - m; j <= k + m; ++j) {
@@ -141,15 +160,14 @@ bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   const double count = 2 * static_cast<double>(m);
   mean_t /= count, mean_p /= count;
   double tt = 0;
-  v = dvec3(0);
+  dvec3 v(0);
   for (std::size_t j = k - m; j <= k + m; ++j) {
     if (j == k) continue;
     const double dt = track.t[j] - mean_t;
     tt += dt * dt;
     v += dt * (track.p[j] - mean_p);
   }
-  v /= tt;
-  return true;
+  return v / tt;
 }
 
 // Estimates the sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise
@@ -232,17 +250,20 @@ class Matcher {
       solution.shift = shift;
       double limit2 = std::numeric_limits<double>::infinity();
       double information = 0;
+      slopes_.clear();
+      for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k)
+        slopes_.push_back(slope_at(query_, k, m));
       for (int round = 0; round < 12; ++round) {
         // Builds the equations for the present time shift.
         rows_.clear();
         std::size_t hint = 0;
-        for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {
+        for (std::size_t k = 0; k < slopes_.size(); ++k) {
           Row row;
           row.dt = query_.t[k] - middle;
           const Interpolated s =
               interpolate(sparse_, query_.t[k] - solution.shift.u - solution.shift.rate * row.dt, hint);
-          if (!s.valid || !slope_at(query_, k, m, row.slope)) continue;
-          row.s = s.p, row.v = s.v, row.q = query_.p[k], row.gain = s.noise_gain;
+          if (!s.valid || !slopes_[k]) continue;
+          row.slope = *slopes_[k], row.s = s.p, row.v = s.v, row.q = query_.p[k], row.gain = s.noise_gain;
           rows_.push_back(row);
         }
         if (rows_.size() < 12) break;
@@ -341,6 +362,7 @@ class Matcher {
   mutable std::vector<dvec3> scratch_a_, scratch_b_;
   mutable std::vector<double> scratch_r_, residuals_;
   mutable std::vector<Row> rows_;
+  mutable std::vector<std::optional<dvec3>> slopes_;  // of the query stream at its samples, for one number of samples m
 };
 
 double variance_of(const Track& track) {
