@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <utility>
@@ -37,10 +38,20 @@ std::optional<std::uint64_t> hash_of(const fs::path& file) {
   if (!fs::is_regular_file(file, code)) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
+  // The steps of FNV-1a, but for words of eight bytes, because every start of the program checks some ten megabytes.
+  // The shift mixes the word's upper bits into all later bits, which the multiplication alone does not do.
   Fnv1a hash;
   std::array<char, 1 << 16> piece;  // on the stack, because most files of a driver's cache are small
-  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
-    hash.bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0) {
+    const auto size = static_cast<std::size_t>(in.gcount());
+    std::size_t at = 0;
+    for (std::uint64_t word; at + sizeof word <= size; at += sizeof word) {
+      std::memcpy(&word, &piece[at], sizeof word);
+      hash.value = (hash.value ^ word) * 0x100000001b3u;
+      hash.value ^= hash.value >> 32;
+    }
+    hash.bytes(&piece[at], size - at);
+  }
   if (in.bad()) return std::nullopt;
   return hash.value;
 }
