@@ -307,14 +307,22 @@ glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n,
   const glm::ivec3 low = glm::min(glm::ivec3(q), glm::max(grid.size - 2, 0)), high = glm::min(low + 1, grid.size - 1);
   const glm::vec2 f = at - glm::vec2(node);
   const glm::vec3 g = q - glm::vec3(low);
+  // of the lower and of the upper neighbour along each axis
+  const std::array<glm::vec2, 2> u{1.0f - f, f};
+  const std::array<glm::vec3, 2> w{1.0f - g, g};
+  const std::size_t next = grid.image_index({1, 0}, glm::ivec3(0));  // of the next node in the same image
   glm::vec3 sum(0);
-  for (int k = 0; k < 32; ++k) {
-    const glm::ivec2 next(k & 1, (k >> 1) & 1);
-    const glm::ivec3 far((k >> 2) & 1, (k >> 3) & 1, k >> 4);
-    const glm::vec2 u = glm::mix(1.0f - f, f, glm::vec2(next));
-    const glm::vec3 w = glm::mix(1.0f - g, g, glm::vec3(far));
-    sum += u.x * u.y * w.x * w.y * w.z * grid.images[grid.image_index(node + next, low + far * (high - low))];
-  }
+  for (std::size_t z = 0; z < 2; ++z)
+    for (std::size_t y = 0; y < 2; ++y)
+      for (std::size_t x = 0; x < 2; ++x) {
+        const glm::ivec3 sample(x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z);
+        for (int v = 0; v < 2; ++v) {
+          const glm::vec3* const image = &grid.images[grid.image_index({node.x, node.y + v}, sample)];
+          const float row = u[static_cast<std::size_t>(v)].y;
+          sum += u[0].x * row * w[x].x * w[y].y * w[z].z * image[0];
+          sum += u[1].x * row * w[x].x * w[y].y * w[z].z * image[next];
+        }
+      }
   return sum;
 }
 

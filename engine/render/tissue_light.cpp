@@ -390,9 +390,20 @@ struct TissueLight::Impl {
     return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
   }
 
+  /// Returns the cell of the grid that contains the point q (in cells), or the nearest cell up to `last`. The point is
+  /// limited before it is rounded, because then a conversion rounds it down, which takes less time than std::floor.
+  static glm::ivec3 cell_below(const glm::vec3& q, const glm::ivec3& last) {
+    return glm::ivec3(glm::min(glm::max(glm::vec3(0), q), glm::vec3(last)));
+  }
+  /// Returns the cell whose centre is nearest to q (in cells).
+  glm::ivec3 cell_nearest(const glm::vec3& q) const {
+    const glm::vec3 inside = glm::min(glm::max(glm::vec3(0), q), glm::vec3(grid.size - 1));
+    const glm::ivec3 below(inside);
+    return below + glm::ivec3(glm::greaterThanEqual(inside - glm::vec3(below), glm::vec3(0.5f)));
+  }
   /// Returns the distance (m) to the nearest surface at a point in cells, interpolated between the cells.
   float distance_at(const glm::vec3& q) const {
-    const glm::ivec3 low = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), grid.size - 2);
+    const glm::ivec3 low = cell_below(q, grid.size - 2);
     const glm::vec3 f = glm::clamp(q - glm::vec3(low), 0.0f, 1.0f);
     const float* const at = distance.data() + index(low);
     const std::size_t dx = static_cast<std::size_t>(grid.size.y) * static_cast<std::size_t>(grid.size.z),
@@ -408,10 +419,9 @@ struct TissueLight::Impl {
   }
   /// Returns the element at a point of the surface, in cells, or -1.
   std::int32_t element_at(const glm::vec3& q) const {
-    const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(q)), glm::ivec3(0), grid.size - 1);
-    const std::int32_t found = element_of[index(near)];
+    const std::int32_t found = element_of[index(cell_nearest(q))];
     if (found >= 0) return found;
-    const glm::ivec3 low = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), grid.size - 2);
+    const glm::ivec3 low = cell_below(q, grid.size - 2);
     for (int k = 0; k < 8; ++k) {
       const std::int32_t other = element_of[index(low + glm::ivec3(k & 1, (k >> 1) & 1, k >> 2))];
       if (other >= 0) return other;
@@ -438,13 +448,13 @@ struct TissueLight::Impl {
     std::int32_t element = kNone;
     glm::vec3 weight{0};
   };
-  /// Follows one random walk from an element through the tissue until it leaves the tissue. `first`, `length`:
-  /// direction and length (in mean free paths) of the first step. The free path of one colour of light determines the
-  /// steps; the weights correct the other colours (balance heuristic, Veach & Guibas 1995).
-  Exit walk(const Element& e, int leading, const glm::vec3& first, float length, SplitMix64& random) const {
+  /// Follows one random walk from an element through the tissue until it leaves the tissue. `albedo`: of the tissue,
+  /// for red, green and blue light (scattering_albedo()); `first`, `length`: direction and length (in mean free paths)
+  /// of the first step. The free path of one colour of light determines the steps; the weights correct the other
+  /// colours (balance heuristic, Veach & Guibas 1995).
+  Exit walk(const Element& e, const glm::vec3& albedo, int leading, const glm::vec3& first, float length,
+            SplitMix64& random) const {
     const StepTables& tables = step_tables();
-    glm::vec3 albedo;
-    for (int c = 0; c < 3; ++c) albedo[c] = scattering_albedo(e.color[c]);
     const float survives = std::max({albedo.x, albedo.y, albedo.z});
     glm::vec3 q = (e.p - e.n * (0.02f * spacing) - origin) / spacing, direction = first;
     float total = 0;  // m, length of the walk
@@ -482,8 +492,10 @@ struct TissueLight::Impl {
       }
       // Light that passes from a tooth into the gum counts as lost, because the gum absorbs most of it. Light that
       // passes from the gum into a tooth is lost unless it comes back.
-      const glm::ivec3 cell = glm::clamp(glm::ivec3(glm::round(q)), glm::ivec3(0), grid.size - 1);
-      if (in_hard[e.cell] && !in_hard[index(cell)] && distance[index(cell)] < 0) return {};
+      if (in_hard[e.cell]) {
+        const std::size_t cell = index(cell_nearest(q));
+        if (!in_hard[cell] && distance[cell] < 0) return {};
+      }
       const std::uint64_t bits = random.next();
       if (fraction_of(bits) >= survives) return {};
       direction = tables.directions[bits % StepTables::kCount];
@@ -534,11 +546,13 @@ struct TissueLight::Impl {
   }
   void walk_all(const Element& e, Exit* exits) const {
     SplitMix64 random{~e.cell};
+    glm::vec3 albedo;
+    for (int c = 0; c < 3; ++c) albedo[c] = scattering_albedo(e.color[c]);
     const float u = fraction_of(random.next()), v = fraction_of(random.next());
     for (int k = 0; k < kWalks; ++k) {
       const glm::vec2 s = spread(k, u, v);
       const float length = -std::log1p(-(static_cast<float>(k) + fraction_of(random.next())) / (kWalks + 1e-4f));
-      exits[k] = walk(e, k % 3, cosine_direction(-e.n, s.x, s.y), length, random);
+      exits[k] = walk(e, albedo, k % 3, cosine_direction(-e.n, s.x, s.y), length, random);
     }
   }
   /// Returns the light that leaves an element (Element::leaves).
