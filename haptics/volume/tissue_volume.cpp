@@ -124,18 +124,26 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
           tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
+        // the leaves, which are made for the first voxel that they store
+        openvdb::FloatTree::LeafNodeType* distances = nullptr;
+        openvdb::Int32Tree::LeafNodeType* labels = nullptr;
+        const openvdb::Coord first(x0, y0, z0);
         for (int x = x0; x < end.x; ++x) {
           for (int y = y0; y < end.y; ++y) {
             for (int z = z0; z < end.z; ++z) {
               const std::size_t i = dense.at(x, y, z);
-              const float d = dense.distance[i];
-              const openvdb::Coord at(x, y, z);
-              if (d < band && d > -band) {
-                distance.setValue(at, d * to_voxels);
-              } else if (d <= -band) {
-                distance.setValueOff(at, -band_voxels);
+              const openvdb::Index in_leaf = openvdb::FloatTree::LeafNodeType::coordToOffset({x, y, z});
+              if (const float d = dense.distance[i]; d < band) {
+                if (!distances) distances = distance.touchLeaf(first);
+                if (d > -band)
+                  distances->setValueOn(in_leaf, d * to_voxels);
+                else
+                  distances->setValueOff(in_leaf, -band_voxels);
               }
-              if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, value_at(dense, i));
+              if (dense.tissue[i] != Tissue::kAir) {
+                if (!labels) labels = tissue.touchLeaf(first);
+                labels->setValueOn(in_leaf, value_at(dense, i));
+              }
             }
           }
         }
