@@ -174,7 +174,7 @@ TEST_F(Options, MagnificationWarnsThatPictureAndHandNoLongerCoincide) {
 }
 
 TEST_F(Options, AShippedSceneIsOpenedByItsName) {
-  const Ran ran = run("render tutorial --rig closeup --quality bare --size 64x48 --out {}/p");
+  const Ran ran = run("render tooth-section --rig closeup --quality bare --size 64x48 --out {}/p");
   EXPECT_EQ(ran.status, 0) << ran.err;
   refuse("render no-such-scene --size 64x48 --out {}/p",
          AllOf(HasSubstr("no such file"), HasSubstr("a scene file, or one of acetabular-reaming, ")));
