@@ -340,22 +340,26 @@ TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) 
 
 TEST(ShippedScenes, TheRubberDamAndThePhantomHeadAreDrawn) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
-  const auto pictures_differ = [&](const std::string& name, const std::string& part, const std::string& other) {
-    std::string text = test::read_text("assets/scenes/" + name + ".json");
-    folder.write("with.json", text);
+  const auto changed = [](std::string text, const std::string& part, const std::string& other) {
     const auto at = text.find(part);
-    ASSERT_NE(at, std::string::npos);
-    folder.write("without.json", text.replace(at, part.size(), other));
-    for (const std::string file : {"with", "without"}) {
-      const test::Ran ran =
-          folder.run("render " + (folder / (file + ".json")) +
-                     " --rig closeup --eye left --quality fast --size 160x128 --out " + (folder / file));
-      EXPECT_EQ(ran.status, 0) << ran.err;
-    }
-    EXPECT_NE(test::read_text(folder / "with/left.png"), test::read_text(folder / "without/left.png"));
+    EXPECT_NE(at, std::string::npos) << part;
+    return at == std::string::npos ? text : text.replace(at, part.size(), other);
   };
-  pictures_differ("root-canal-access", R"("dam": {})", R"("dam": {"clamp": false})");
-  pictures_differ("crown-preparation", R"("mouth": "phantom")", R"("mouth": "patient")");
+  const auto picture = [&](const std::string& scene) {
+    folder.write("scene.json", scene);
+    const test::Ran ran = folder.run("render " + (folder / "scene.json") +
+                                     " --rig closeup --eye left --quality fast --size 160x128 --out " + (folder / "p"));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return test::read_text(folder / "p/left.png");
+  };
+  // The dam is drawn without cheek and tongue, because their light takes seconds to compute.
+  const std::string access =
+      changed(test::read_text("assets/scenes/root-canal-access.json"), R"("mouth": "patient")", R"("mouth": "none")");
+  const std::string sheet = picture(changed(access, R"("dam": {})", R"("dam": {"clamp": false})"));
+  EXPECT_NE(picture(access), sheet) << "the clamp";
+  EXPECT_NE(picture(changed(access, ",\n    \"dam\": {}", "")), sheet) << "the rubber";
+  const std::string crown = test::read_text("assets/scenes/crown-preparation.json");
+  EXPECT_NE(picture(crown), picture(changed(crown, R"("mouth": "phantom")", R"("mouth": "patient")")));
 }
 
 class ShippedTask : public testing::TestWithParam<const char*> {};
