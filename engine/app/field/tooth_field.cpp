@@ -92,26 +92,41 @@ void ToothField::extend() {
   for (float& d : distance_)
     if (d > beyond) d = far;
   const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
-  const std::array<std::pair<std::ptrdiff_t, float>, 10> steps{{{dx, 1.0f},
-                                                                {dy, 1.0f},
-                                                                {dz, 1.0f},
-                                                                {dx + dy, 1.414f},
-                                                                {dx - dy, 1.414f},
-                                                                {dx + dz, 1.414f},
-                                                                {dx - dz, 1.414f},
-                                                                {dy + dz, 1.414f},
-                                                                {dy - dz, 1.414f},
-                                                                {dx + dy + dz, 1.732f}}};
+  // the neighbours apart from the one along z, whose distance is found just before
+  const std::array<std::pair<std::ptrdiff_t, float>, 9> steps{{{dx, 1.0f},
+                                                               {dy, 1.0f},
+                                                               {dx + dy, 1.414f},
+                                                               {dx - dy, 1.414f},
+                                                               {dx + dz, 1.414f},
+                                                               {dx - dz, 1.414f},
+                                                               {dy + dz, 1.414f},
+                                                               {dy - dz, 1.414f},
+                                                               {dx + dy + dz, 1.732f}}};
   const auto n = static_cast<std::ptrdiff_t>(distance_.size());
-  const auto pull = [&](std::ptrdiff_t i, std::ptrdiff_t sign) {
-    float& d = distance_[static_cast<std::size_t>(i)];
-    if (d <= beyond) return;
-    for (const auto& [step, length] : steps)
-      if (const std::ptrdiff_t k = i + sign * step; k >= 0 && k < n)
-        d = std::min(d, distance_[static_cast<std::size_t>(k)] + length);
+  float* const d = distance_.data();
+  // The nearest of these neighbours is dy - dz voxels away, so the voxels of a piece of this length do not depend on
+  // each other, except along z.
+  const std::ptrdiff_t length = std::max<std::ptrdiff_t>(dy - dz, 1);
+  std::vector<float> least(static_cast<std::size_t>(length));
+  const auto pull = [&](std::ptrdiff_t first, std::ptrdiff_t count, std::ptrdiff_t sign) {
+    if (std::all_of(d + first, d + first + count, [&](float known) { return known <= beyond; })) return;
+    std::fill(least.begin(), least.end(), far);
+    float* const best = least.data();
+    for (const auto& [step, away] : steps) {
+      const std::ptrdiff_t from = first + sign * step;
+      const std::ptrdiff_t begin = std::max<std::ptrdiff_t>(0, -from), end = std::min(count, n - from);
+      for (std::ptrdiff_t k = begin; k < end; ++k) best[k] = std::min(best[k], d[from + k] + away);
+    }
+    for (std::ptrdiff_t j = 0; j < count; ++j) {
+      const std::ptrdiff_t k = sign < 0 ? j : count - 1 - j, i = first + k, along = i + sign * dz;
+      if (d[i] <= beyond) continue;
+      d[i] = std::min(d[i], best[k]);
+      if (along >= 0 && along < n) d[i] = std::min(d[i], d[along] + 1.0f);
+    }
   };
-  for (std::ptrdiff_t i = 0; i < n; ++i) pull(i, -1);
-  for (std::ptrdiff_t i = n; i-- > 0;) pull(i, 1);
+  for (std::ptrdiff_t i = 0; i < n; i += length) pull(i, std::min(length, n - i), -1);
+  for (std::ptrdiff_t end = n; end > 0; end -= length)
+    pull(std::max<std::ptrdiff_t>(0, end - length), std::min(length, end), 1);
 }
 
 }  // namespace typodont
