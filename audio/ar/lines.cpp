@@ -33,10 +33,12 @@ constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
+using Complex = std::complex<double>;
+
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
-void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
+void smooth(std::vector<Complex>& z, std::size_t half) {
   const std::size_t n = z.size();
-  std::vector<std::complex<double>> sums(n + 1);
+  std::vector<Complex> sums(n + 1);
   for (int pass = 0; pass < 3; ++pass) {
     for (std::size_t i = 0; i < n; ++i) sums[i + 1] = sums[i] + z[i];
     for (std::size_t i = 0; i < n; ++i) {
@@ -51,16 +53,23 @@ std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// Shifts the band around `frequency` to 0 Hz. The result is the complex amplitude of a sinusoid at this frequency over
-/// time.
-std::vector<std::complex<double>> band_about(std::span<const double> x, double rate, double frequency,
-                                             double bandwidth) {
-  std::vector<std::complex<double>> z(x.size());
+/// Returns `count` samples of the complex oscillation that shifts `frequency` to 0 Hz.
+std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) {
+  std::vector<Complex> shift(count);
   const double turns = frequency / rate;
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const double phase = turns * static_cast<double>(i);
-    z[i] = 2 * x[i] * std::polar(1.0, -2 * kPi * (phase - std::floor(phase)));
+    shift[i] = std::polar(1.0, -2 * kPi * (phase - std::floor(phase)));
   }
+  return shift;
+}
+
+/// Shifts the band around the frequency of `shift` to 0 Hz. The result is the complex amplitude of a sinusoid at this
+/// frequency over time.
+std::vector<Complex> band_about(std::span<const double> x, std::span<const Complex> shift, double rate,
+                                double bandwidth) {
+  std::vector<Complex> z(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) z[i] = 2 * x[i] * shift[i];
   smooth(z, half_length(bandwidth, rate));
   return z;
 }
@@ -79,26 +88,24 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   const double level = std::sqrt(floor * rate / 2);
   for (double& v : noise) v = level * static_cast<double>(white.next());
   const std::vector<double> before = x;
-  const double turns = frequency / rate;
+  const std::vector<Complex> shift = shift_of(frequency, rate, std::min(n, kPiece + 2 * margin));
   for (std::size_t at = 0; at < n; at += kPiece) {
     const std::size_t from = at > margin ? at - margin : 0, to = std::min(n, at + kPiece + margin);
-    const auto taken = band_about(std::span(before).subspan(from, to - from), rate, frequency, bandwidth);
-    const auto given = band_about(std::span(noise).subspan(from, to - from), rate, frequency, noise_bandwidth);
-    for (std::size_t i = at; i < std::min(n, at + kPiece); ++i) {
-      const double phase = turns * static_cast<double>(i - from);
-      x[i] += ((given[i - from] - taken[i - from]) * std::polar(1.0, 2 * kPi * (phase - std::floor(phase)))).real();
-    }
+    const auto taken = band_about(std::span(before).subspan(from, to - from), shift, rate, bandwidth);
+    const auto given = band_about(std::span(noise).subspan(from, to - from), shift, rate, noise_bandwidth);
+    for (std::size_t i = at; i < std::min(n, at + kPiece); ++i)
+      x[i] += ((given[i - from] - taken[i - from]) * std::conj(shift[i - from])).real();
   }
 }
 
 /// Measures amplitude and frequency of a spectral line over time. `z`: complex amplitude of the line's band. It must
 /// not include the ends of the sound, where the moving averages use samples of one side only.
-LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
+LineTrack track_of(std::span<const Complex> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
   for (std::size_t at = 0; at + kLineStep < z.size(); at += kLineStep) {
     double amplitude = 0;
-    std::complex<double> turned = 0;  // sum of z[i+1] · conj(z[i]); its angle is the mean phase step per sample
+    Complex turned = 0;  // sum of z[i+1] · conj(z[i]); its angle is the mean phase step per sample
     for (std::size_t i = at; i < at + kLineStep; ++i) {
       amplitude += std::abs(z[i]);
       turned += z[i + 1] * std::conj(z[i]);
@@ -206,9 +213,10 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
   if (x.size() > most) x = x.subspan((x.size() - most) / 2, most);
   const auto points = static_cast<std::size_t>(2 * std::lround(rate / 2 * kLineWindow));
   const auto power = welch(x, points, rate);
+  const std::vector<Complex> shift = shift_of(frequency, rate, x.size());
   LineTrack best;
   for (const double bandwidth : kBandwidths) {
-    const auto z = band_about(x, rate, frequency, bandwidth);
+    const auto z = band_about(x, shift, rate, bandwidth);
     const std::size_t edge = std::min(3 * half_length(bandwidth, rate), x.size() / 4);
     LineTrack track = track_of(std::span(z).subspan(edge, x.size() - 2 * edge), rate, frequency, bandwidth);
     track.floor = floor_about(power, rate / static_cast<double>(points), frequency, bandwidth);
