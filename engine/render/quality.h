@@ -18,11 +18,14 @@ struct Quality {
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, length of a triangle's side on a handpiece
   bool handpiece_shadow = false;   // true: the handpiece casts a shadow on tissue
+  // The light inside tissue (tissue_light.h) is computed once, with the level that is chosen at the first frame.
+  double light_cell = 0.3e-3;  // m, edge of a cell
+  int light_walks = 64;        // random walks from each cell
 };
 
 /// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
-    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true},
+    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 128},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},
     {"low", 1, 1024, 8, 8, true, 1.0, 1.0, 1.5e-3},
     {"fast", 1, 512, 6, 6, true, 0.6, 1.25, 2.5e-3},

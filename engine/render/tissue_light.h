@@ -25,8 +25,9 @@ float scattering_albedo(float reflectance);
 /// The light inside the bodies near the working tooth. For one thread at a time; equal calls give equal results.
 class TissueLight {
  public:
-  /// Makes the grid. `box`: m, frame W, bounds of the grid; `spacing`: m, edge of a cell.
-  TissueLight(const BoxInWorld& box, double spacing, const std::array<Look, kMatterCount>& looks);
+  /// Makes the grid. `box`: m, frame W, bounds of the grid; `spacing`: m, edge of a cell; `walks`: number of random
+  /// walks from each cell beside a surface.
+  TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks);
   ~TissueLight();
   TissueLight(TissueLight&&) noexcept;
   TissueLight& operator=(TissueLight&&) noexcept;

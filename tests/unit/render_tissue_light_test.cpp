@@ -19,7 +19,9 @@ namespace {
 using render::LitTriangle;
 using render::TissueLight;
 
-constexpr double kCell = 0.3e-3;
+// m, edges of a cell, and numbers of random walks, of a usual and of the best quality level
+constexpr double kCell = 0.3e-3, kFineCell = 0.15e-3;
+constexpr int kWalks = 64, kFineWalks = 128;
 constexpr float kPath = 0.6e-3f;  // m, mean free path of the tissue in the tests
 const std::array<render::Look, render::kMatterCount> kLooks = render::appearances_of(render::default_colors());
 
@@ -62,8 +64,9 @@ glm::vec4 mean(const render::TissueLightGrid& grid, double height, double from, 
     sum += at(grid, {glm::mix(from, to, (i + 0.5) / kPoints), -1.5e-3 + 3e-3 * std::fmod(0.618 * i, 1.0), height});
   return sum / float{kPoints};
 }
-TissueLight scene_of(std::vector<LitTriangle> body) {
-  TissueLight light({dvec3(-6e-3, -6e-3, -6e-3), dvec3(6e-3, 6e-3, 4e-3)}, kCell, kLooks);
+TissueLight scene_of(std::vector<LitTriangle> body, bool fine = false) {
+  TissueLight light({dvec3(-6e-3, -6e-3, -6e-3), dvec3(6e-3, 6e-3, 4e-3)}, fine ? kFineCell : kCell,
+                    fine ? kFineWalks : kWalks, kLooks);
   light.add_fixed(std::move(body), true);
   return light;
 }
@@ -91,12 +94,49 @@ TEST(TissueLight, ThePhotonsSurviveAsOftenAsChandrasekharsReflectanceOfAThickLay
 }
 
 TEST(TissueLight, AFlatLayerInUniformLightReflectsWhatItsColourSays) {
-  TissueLight light = scene_of(box_of({-20e-3f, -20e-3f, -20e-3f}, {20e-3f, 20e-3f, 0.1e-3f}, {0.6f, 0.35f, 0.15f}));
-  light.light(lamp_above(), uniform({0.8f, 0.5f, 0.3f}));
-  const glm::vec4 found = mean(light.grid(), 0.1e-3, -3e-3, 3e-3);
-  const glm::vec3 arrives(1.8f, 1.5f, 1.3f);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], arrives[c], 0.03f * arrives[c]) << c;
-  EXPECT_NEAR(found.w, 0.65, 0.04) << "fraction of the lamp's light";
+  for (const bool fine : {false, true}) {
+    TissueLight light =
+        scene_of(box_of({-20e-3f, -20e-3f, -20e-3f}, {20e-3f, 20e-3f, 0.1e-3f}, {0.6f, 0.35f, 0.15f}), fine);
+    light.light(lamp_above(), uniform({0.8f, 0.5f, 0.3f}));
+    const glm::vec4 found = mean(light.grid(), 0.1e-3, -3e-3, 3e-3);
+    const glm::vec3 arrives(1.8f, 1.5f, 1.3f);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], arrives[c], 0.03f * arrives[c]) << c;
+    EXPECT_NEAR(found.w, 0.65, 0.04) << "fraction of the lamp's light";
+  }
+}
+
+/// Returns the light on the wall of a slit between two black bodies, at this depth (m), under a uniform sky.
+float on_wall_of_slit(double width, double depth, bool fine) {
+  const auto half = static_cast<float>(width / 2);
+  std::vector<LitTriangle> left = box_of({-5e-3f, -20e-3f, -20e-3f}, {-half, 20e-3f, 0}, glm::vec3(0)),
+                           right = box_of({half, -20e-3f, -20e-3f}, {5e-3f, 20e-3f, 0}, glm::vec3(0));
+  for (LitTriangle& t : left) t.free_path = glm::vec3(0);
+  for (LitTriangle& t : right) t.free_path = glm::vec3(0);
+  TissueLight light = scene_of(std::move(left), fine);
+  light.add_fixed(std::move(right), true);
+  light.light({}, uniform(glm::vec3(1)));
+  return mean(light.grid(), -depth, width / 2, width / 2 + 1e-9).x;
+}
+TEST(TissueLight, TheFineGridLightsANarrowSlitLikeTheSkyThatItsWallSees) {
+  constexpr double kWidth = 0.7e-3;
+  for (const double depth : {0.5e-3, 1e-3}) {
+    const double seen = 0.5 * (1 - depth / std::hypot(depth, kWidth));
+    EXPECT_NEAR(on_wall_of_slit(kWidth, depth, true), seen, 0.03) << depth;
+  }
+}
+
+TEST(TissueLight, AnOpenMeshThatEndsAtTheBorderOfTheGridIsAsBrightAsAClosedOne) {
+  // A layer without its sides, as the mesh of gum. It ends 0.3 mm before the border of the grid.
+  for (const bool fine : {false, true}) {
+    std::vector<LitTriangle> body =
+        box_of({-5.7e-3f, -5.7e-3f, -20e-3f}, {5.7e-3f, 5.7e-3f, 0.1e-3f}, {0.6f, 0.35f, 0.15f});
+    std::erase_if(body, [](const LitTriangle& t) { return std::abs(t.normals[0].z) < 0.5f; });
+    TissueLight light = scene_of(std::move(body), fine);
+    light.light({}, uniform(glm::vec3(1)));
+    const glm::vec4 middle = mean(light.grid(), 0.1e-3, -1e-3, 1e-3), side = mean(light.grid(), 0.1e-3, 4e-3, 5e-3);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], 1, 0.05f) << c << ", fine " << fine;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(side[c], 1, 0.1f) << c << ", fine " << fine;
+  }
 }
 
 TEST(TissueLight, ABodyWithoutAbsorptionIsAsBrightAsItsSurroundingsEverywhere) {
@@ -151,7 +191,7 @@ TEST(TissueLight, AfterACutTheLightIsThatOfABodyThatWasCutFromTheStart) {
       }
     return update;
   };
-  const auto fresh = [&] { return TissueLight({dvec3(-6e-3), dvec3(6e-3)}, kCell, kLooks); };
+  const auto fresh = [&] { return TissueLight({dvec3(-6e-3), dvec3(6e-3)}, kCell, kWalks, kLooks); };
   TissueLight whole = fresh();
   const render::MeshUpdate cut_at_once = mesh(-1e-3f);
   whole.put({&cut_at_once, 1}, dvec3(0));

@@ -23,9 +23,7 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
-// m, edge of a cell in which the light inside tissue is computed
-constexpr double kLightCell = 0.3e-3;
-// number of these cells whose light is computed again before a frame, after a cut
+// number of cells whose light inside tissue is computed again before a frame, after a cut
 constexpr int kRefreshed = 40;
 
 /// Returns the shape in which the renderer draws the tool. For some tools, the renderer has a more detailed shape of
@@ -259,7 +257,11 @@ void PictureStage::surround(const Surroundings& around) {
   gum_version_ = 0;
   light_scene_.reset();
   tissue_light_.reset();
-  if (around_.lit) tissue_light_.emplace(*around_.lit, kLightCell, render::appearances_of(servo_.materials));
+  const render::Quality& quality = options_.quality;
+  if (around_.lit) {
+    tissue_light_.emplace(*around_.lit, quality.light_cell, quality.light_walks,
+                          render::appearances_of(servo_.materials));
+  }
   renderer_->set_light({}, {});
 }
 
