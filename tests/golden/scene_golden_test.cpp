@@ -18,6 +18,8 @@ namespace {
 
 constexpr int kTolerance = 6, kPixels = 120;
 
+const render::Quality& kMedium = render::kQualityLadder[1];
+
 TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
@@ -26,6 +28,9 @@ TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved
   PictureStage::Options options;
   options.validation = true;
   options.hud = false;
+  // The light inside tissue has the cells of the level `medium`, because those of `high` take 20 s of processor time.
+  options.quality.light_cell = kMedium.light_cell;
+  options.quality.light_walks = kMedium.light_walks;
   PictureStage stage(rig, scene.servo, options);
   stage.surround(make_surroundings(scene.surroundings));
   TissueView view;
@@ -77,6 +82,7 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   const auto picture = [&](const display::DisplayRig& rig) {
     PictureStage::Options options;
     options.hud = options.tool = false;
+    options.quality = kMedium;
     PictureStage stage(rig, scene.servo, options);
     stage.surround(around);
     TissueView view;
