@@ -82,8 +82,8 @@ struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no ideal
 };
-/// What does not depend on the result, but only on the tissue before the work and on the ideal. It is expensive to
-/// compute, so results of the same task share it.
+/// Data that depend only on the tissue before the work and on the ideal, and not on the result. Their computation takes
+/// long, so all results of the same task share them.
 struct CavityReference {
   TrueDistances before;
   std::optional<TrueDistances> ideal;      // no value if the task has no ideal

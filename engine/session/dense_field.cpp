@@ -149,9 +149,9 @@ class NearestSeeds {
   std::vector<float> bounds() && { return std::move(bounds_); }
 
   /// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. There are eight passes
-  /// over all voxels, one for each combination of ascending and descending axes. A voxel takes a neighbour's seed if it
-  /// is nearer than its own. In a pass, the neighbours along x and y of a row of voxels are finished before the row, so
-  /// that they pass their seeds to the whole row at once.
+  /// over all voxels, one for each combination of ascending and descending axes. A voxel takes a neighbour's seed if
+  /// this seed is nearer than its own seed. In each pass, the neighbouring rows along x and y are finished before a row
+  /// of voxels begins. So these rows pass their seeds to the whole row at once.
   template <bool kRooted>
   void pass_all() {
     const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;

@@ -78,7 +78,8 @@ std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::
 
 constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes
 
-/// Adds to `bytes` how many bytes of leaves each huge page contains. The keys are the numbers of the huge pages.
+/// Counts the bytes of leaves in each huge page, and adds them to `bytes`. The keys of `bytes` are the numbers of the
+/// huge pages.
 template <class Tree>
 void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
@@ -476,8 +477,8 @@ void prefetch_leaf(const Leaf* leaf) {
   for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i, 0, kSecondLevel);
 }
 
-/// Calls copy(source) for all leaves, and load(source) a few leaves earlier. While the processor copies a leaf, it then
-/// already loads the next leaves. Otherwise it would wait for memory during most of the copying.
+/// Calls copy(source) for every leaf, and calls load(source) for the same leaf a few leaves earlier. So the processor
+/// loads the next leaves from memory while it copies a leaf. Without load(), it would wait for memory most of the time.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
   constexpr std::size_t kAhead = 4;  // leaves; with more of them, the copying is not faster

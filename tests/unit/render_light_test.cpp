@@ -244,7 +244,7 @@ TEST(HighlightOfTheLamp, HasTheSizeOfTheLampsMirrorImageOnASmoothBall) {
     int bright = 0;
     for (int y = 0; y < kPixels; ++y)
       for (int x = 0; x < kPixels; ++x) bright += light(x, y) > 0.5 * (middle + beside);
-    // The normal is within this angle of the half-way direction where the ball mirrors the lamp's disc.
+    // The ball mirrors the lamp's disc where the angle between its normal and the half-way direction is less than this.
     const double angle = render::shared::kLampHalfAngle / (2 * std::sqrt(glm::dot(lamp, half_way)));
     const double area = std::numbers::pi * std::pow(double{kRadius} * std::sin(angle), 2) * glm::dot(half_way, eye);
     EXPECT_GT(middle, 1.5 * beside) << quality.name;

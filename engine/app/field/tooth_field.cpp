@@ -92,7 +92,8 @@ void ToothField::extend() {
   for (float& d : distance_)
     if (d > beyond) d = far;
   const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
-  // the neighbours apart from the one along z, whose distance is found just before
+  // All neighbours except the one along z. The distance of that neighbour is added below, because it is known only just
+  // before the voxel's own distance.
   const std::array<std::pair<std::ptrdiff_t, float>, 9> steps{{{dx, 1.0f},
                                                                {dy, 1.0f},
                                                                {dx + dy, 1.414f},

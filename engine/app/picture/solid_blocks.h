@@ -24,8 +24,8 @@ class SolidBlocks {
     blocks_.clear();
     recent_.fill({});
   }
-  /// Returns true for each of the first `count` voxels that lies in tissue, as bits of a mask. All calls after forget()
-  /// must have the same `volume`.
+  /// Returns a bit mask: bit i is 1 if voxel i lies in tissue. The function tests only the first `count` voxels, and
+  /// the other bits are 0. All calls between two calls of forget() must pass the same volume.
   unsigned solid(const haptics::TissueVolume& volume, const Voxels& voxels, int count) {
     const FourInts x = voxels.x >> 3, y = voxels.y >> 3, z = voxels.z >> 3;  // the blocks of the voxels
     const FourInts place = (x & kLow) << 2 * kLowBits | (y & kLow) << kLowBits | (z & kLow);

@@ -39,8 +39,8 @@ constexpr double kCrownFrom = 4e-3;
 // m. Light that bodies receive from each other is computed in a box-shaped region. kLitAlong, kLitAcross, kLitUp: half
 // the edge lengths of the box; kLitMiddle: height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
-// m. Light is computed at the vertices. So inside this box, longer edges of the fine and of the coarse mesh are split;
-// a flat surface would otherwise have triangles that are longer than a shadow.
+// m, longest edges of the fine and of the coarse mesh inside this box; longer edges are split. Light is computed at the
+// vertices, so a shadow that is narrower than a triangle would not be visible.
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
 constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
 // m, depth to which the gum extends into the working tooth, so that no gap between them is visible

@@ -98,7 +98,6 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
   out.own = contacts_.own();
   const bool graded = !patch_.hardness.empty();
   double total = 0;
-  Tissue only = Tissue::kAir;  // the tissue below the contact, if there is one contact with one tissue
   for (int i = 0; i < p.active.count; ++i) {
     const int which = p.active.index[i];
     const ContactPlane plane = contacts_.plane(which);
@@ -117,11 +116,11 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
       below = plane.x / static_cast<double>(felt_in->every) - kFeltBelow * plane.n;
       if (!felt_in->holds(below, 0)) continue;
     }
-    // The usual case, a single contact with a single tissue, needs no fractions.
     const Tissue sole = graded ? Tissue::kAir : sole_tissue(*felt_in, below);
     if (sole != Tissue::kAir) {
-      out.tissue[static_cast<std::size_t>(sole)] += weight;
-      only = p.active.count == 1 && weight > 0 ? sole : Tissue::kAir;
+      // In the usual case, a single contact with a single tissue, the fraction is 1.
+      out.known_tissue = p.active.count == 1 && weight > 0;
+      out.tissue[static_cast<std::size_t>(sole)] += out.known_tissue ? 1 : weight;
       continue;
     }
     const PerTissue here = sample_tissue(*felt_in, below);
@@ -131,10 +130,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     for (std::size_t t = 1; t < here.size(); ++t) out.hardness[t] += weight * hardened[t];
   }
   double labelled = 0;
-  if (only != Tissue::kAir) {
-    out.tissue[static_cast<std::size_t>(only)] = 1;
-    out.known_tissue = true;
-  } else {
+  if (!out.known_tissue) {
     for (const double fraction : out.tissue) labelled += fraction;
   }
   if (labelled > 0) {
