@@ -130,7 +130,7 @@ vec4 grid_light(vec3 p, vec3 n) {
 /// mirrored_at() in engine/render/light_scene.cpp.
 vec3 mirrored_light(vec3 p, vec3 n, vec3 r) {
   vec3 end = frame.light_samples.xyz - 1.0;
-  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
+  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.2 * n, vec3(0.0), end) + 0.5;
   // Octahedral map (Engelhardt & Dachsbacher 2008), whose outer nodes lie on the edge of the square.
   vec3 o = r / (abs(r.x) + abs(r.y) + abs(r.z));
   vec2 folded = (1.0 - abs(o.yx)) * vec2(o.x < 0.0 ? -1.0 : 1.0, o.y < 0.0 ? -1.0 : 1.0);

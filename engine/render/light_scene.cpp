@@ -39,6 +39,7 @@ constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
+constexpr double kMirrorBegin = 0.2;             // the same distance for the light that the surface mirrors
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".rays";
 
@@ -294,7 +295,7 @@ glm::vec3 image_direction(const glm::ivec2& node) {
 glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r) {
   const glm::vec3 end(grid.size - 1);
   const glm::vec3 q =
-      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
+      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kMirrorBegin) * n, glm::vec3(0), end);
   const glm::vec3 d = r / (std::abs(r.x) + std::abs(r.y) + std::abs(r.z));
   glm::vec2 o(d);
   if (d.z < 0) {
@@ -329,6 +330,7 @@ glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n,
 struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
+  bool tissue_mirrors;
   LightGrid empty;  // the grid with its origin, spacing and size, before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions<kRays>();
   std::array<glm::vec3, kImageRays> image_directions = sphere_directions<kImageRays>();
@@ -343,8 +345,8 @@ struct LightScene::Impl {
   std::vector<std::int32_t> met_by_images;  // likewise for each of `imaged` and each of its kImageRays rays
   std::vector<std::uint32_t> used;          // indices of the triangles that rays met
 
-  Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing)
-      : triangles(std::move(given)), tree(triangles) {
+  Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing, bool tissue_mirrors_too)
+      : triangles(std::move(given)), tree(triangles), tissue_mirrors(tissue_mirrors_too) {
     empty.origin = box.lo;
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
@@ -363,6 +365,7 @@ struct LightScene::Impl {
     for (const LitTriangle& t : triangles) key.bytes(t.corners.data(), sizeof t.corners);
     for (int axis = 0; axis < 3; ++axis) key.add(box.lo[axis]), key.add(box.hi[axis]);
     key.add(empty.spacing);
+    key.add(tissue_mirrors);
     return key.value;
   }
   /// Calls use(address, size in bytes) for the memory of each value that cast_rays() computes.
@@ -417,7 +420,7 @@ struct LightScene::Impl {
       for (int x = first.x; x <= last.x; ++x)
         for (int y = first.y; y <= last.y; ++y)
           for (int z = first.z; z <= last.z; ++z)
-            wanted[empty.index(0, {x, y, z})] |= t.metal ? kWanted | kImage : kWanted;
+            wanted[empty.index(0, {x, y, z})] |= t.metal || tissue_mirrors ? kWanted | kImage : kWanted;
     }
     // The tool is drawn in the open space between the bodies, where the light changes slowly. fill() interpolates
     // between these samples.
@@ -579,7 +582,7 @@ struct LightScene::Impl {
       if (bounce > 0)
         in_parallel(used.size(), [&](std::size_t i) {
           const glm::vec3 arrives = glm::vec3(light_at(grid, dvec3(middles[i]), normals[i]));
-          radiance[i] = triangles[used[i]].albedo() * (direct[i] + arrives);
+          radiance[i] = triangles[used[i]].reflected(direct[i], arrives);
         });
       in_parallel(samples.size(), [&](std::size_t s) {
         if (!samples[s].valid) return;
@@ -661,8 +664,8 @@ struct LightScene::Impl {
   }
 };
 
-LightScene::LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing)
-    : impl_(std::make_unique<Impl>(std::move(triangles), box, spacing)) {}
+LightScene::LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors)
+    : impl_(std::make_unique<Impl>(std::move(triangles), box, spacing, tissue_mirrors)) {}
 LightScene::~LightScene() = default;
 LightScene::LightScene(LightScene&&) noexcept = default;
 LightScene& LightScene::operator=(LightScene&&) noexcept = default;

@@ -21,11 +21,14 @@ struct Quality {
   // The light inside tissue (tissue_light.h) is computed once, with the level that is chosen at the first frame.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // random walks from each cell
+  // The light between bodies (light_scene.h) is computed at the same time. true: the light that wet tissue mirrors is
+  // computed at each sample beside it.
+  bool tissue_mirrors = false;
 };
 
 /// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
-    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 128},
+    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 128, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},
     {"low", 1, 1024, 8, 8, true, 1.0, 1.0, 1.5e-3},
     {"fast", 1, 512, 6, 6, true, 0.6, 1.25, 2.5e-3},

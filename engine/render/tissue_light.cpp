@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kRays = 24;     // rays from each cell at a surface, which find the light of other surfaces
 constexpr int kLampRays = 6;  // rays from each cell to the lamp
-constexpr int kBounces = 3;   // diffuse reflections between surfaces inside the box
+constexpr int kBounces = 6;   // diffuse reflections between surfaces inside the box
 // m; distance from the surface up to which a cell knows its distance. It is at least 1.75 edges of a cell, so that
 // every way through a surface meets such a cell, and it is larger than the gaps between the triangles of gum and teeth.
 constexpr float kBand = 0.525e-3f, kLeastBand = 1.75f;
@@ -115,7 +115,7 @@ struct Element {
   glm::vec3 p{0}, n{0, 0, 1};  // m, frame W: point of the surface that is nearest to the cell, and its normal
   glm::vec3 color{0};          // diffuse reflectance of the tissue
   glm::vec3 path{0};           // m, mean free path for red, green and blue light; 0: opaque
-  float film = 0;              // fraction of light that the surface mirrors
+  float film = 0;              // fraction of diffuse light that the surface mirrors
   // irradiance divided by π: direct light of the lamp, and all light
   glm::vec3 lamp{0}, arrives{0};
   glm::vec4 leaves{0};  // value of the cell in the grid (TissueLightGrid::values)
@@ -124,8 +124,9 @@ struct Element {
 }  // namespace
 
 float scattering_albedo(float reflectance) {
-  const float a = std::clamp(reflectance, 0.0f, 0.999f);
-  return 1 - std::exp(a * (-5.09406f + a * (2.61188f - a * 4.31805f)));
+  const float r = std::clamp(reflectance, 0.0f, 0.999f);
+  const float s = (1 - r) * (1 + r * (-1.43085f + r * (2.09657f + r * (-2.44179f + r * (1.74075f - r * 0.53311f)))));
+  return 1 - s * s;
 }
 
 struct TissueLight::Impl {
@@ -501,7 +502,7 @@ struct TissueLight::Impl {
     const glm::vec3 p = origin + spacing * q;
     const int most = static_cast<int>(std::ceil(kSearched / spacing));
     for (int around = 1; best == kNone && around <= most; ++around) {
-      float least = std::numeric_limits<float>::infinity();
+      float least = kSearched * kSearched;
       each_cell(grown({low, low + 1}, around), [&](const glm::ivec3& i) {
         const std::int32_t other = element_of[index(i)];
         if (other < 0) return;
@@ -562,16 +563,16 @@ struct TissueLight::Impl {
             SplitMix64& random) const {
     const StepTables& tables = step_tables();
     const float survives = std::max({albedo.x, albedo.y, albedo.z});
-    glm::vec3 q = (e.p - e.n * (0.02f * spacing) - origin) / spacing, direction = first;
-    float total = 0;      // m, length of the walk
+    glm::vec3 q = (e.p - e.n * (0.01f * spacing) - origin) / spacing, direction = first;
+    float d = distance_at(q), total = 0;  // m; total: length of the walk
     bool astray = false;  // true in a region that counts as outside without a surface nearby: its sign is wrong
     for (int scattered = 0; scattered < kMostSteps; ++scattered) {
-      float left = length * e.path[leading];
-      // The first step leaves the surface, where the interpolated distance may not be negative yet.
+      const float left = length * e.path[leading];
+      // The first step leaves the surface, where the interpolated distance may not be negative yet. A walk that is
+      // outside at the end of a step has left the tissue before it could be scattered there.
       std::int32_t met = kNone;
       float done = 0;
-      while (done < left) {
-        const float d = distance_at(q);
+      for (;;) {
         if (d < 0) {
           astray = false;
         } else if (!astray && (scattered > 0 || done > 0.25f * spacing)) {
@@ -579,10 +580,12 @@ struct TissueLight::Impl {
           if (met != kNone) break;
           astray = true;
         }
+        if (done >= left) break;
         const float step = std::min(std::max(-d, kLeastStep), left - done);
         q += direction * (step / spacing);
         done += step;
         if (!in_box(q)) return {};
+        d = distance_at(q);
       }
       total += done;
       if (met != kNone) {
@@ -649,7 +652,8 @@ struct TissueLight::Impl {
     for (int k = 0; k < kRays; ++k) {
       if (met[k] < 0) continue;
       const Element& other = elements[static_cast<std::size_t>(met[k])];
-      sum += other.film * other.arrives + (1 - other.film) * other.color * glm::vec3(other.leaves);
+      sum += other.film * (other.arrives - (1 - kLampKept) * other.lamp) +
+             (1 - other.film) * other.color * glm::vec3(other.leaves);
     }
     return sum / float{kRays};
   }

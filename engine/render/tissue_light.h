@@ -17,9 +17,8 @@
 namespace typodont::render {
 
 /// Returns the probability with which a photon survives a scattering event, so that a thick flat layer of isotropically
-/// scattering tissue with this diffuse reflectance reflects exactly this fraction of diffuse light. Fit of Chiang,
-/// Kutz & Burley 2016 (Practical and controllable subsurface scattering), which the path tracer of the reference
-/// pictures also uses; its error is at most 0.01 of the reflectance.
+/// scattering tissue with this diffuse reflectance reflects exactly this fraction of diffuse light. Our own fit to
+/// Chandrasekhar's solution (Radiative Transfer, 1950); its relative error is at most 0.4 %.
 float scattering_albedo(float reflectance);
 
 /// The light inside the bodies near the working tooth. For one thread at a time; equal calls give equal results.

@@ -192,7 +192,9 @@ TEST_F(RenderCommand, TheGeometryIsTheDrawnBodyInMillimetresOfTheWorkbench) {
   std::size_t vertices = 0, triangles = 0;
   ASSERT_EQ(std::sscanf(file.c_str() + file.find("element vertex"), "element vertex %zu", &vertices), 1);
   ASSERT_EQ(std::sscanf(file.c_str() + file.find("element face"), "element face %zu", &triangles), 1);
-  constexpr std::size_t kVertex = 6 * 4 + 4 + 2 * 4 + 3 * 4, kTriangle = 1 + 3 * 4;
+  EXPECT_THAT(file.substr(0, header), HasSubstr("comment tissue 1 enamel\ncomment tissue 2"));
+  EXPECT_THAT(file.substr(0, header), HasSubstr("comment origin 0 "));
+  constexpr std::size_t kVertex = 6 * 4 + 4 + 3 * 4 + 3 * 4, kTriangle = 1 + 3 * 4;
   ASSERT_EQ(file.size(), header + vertices * kVertex + triangles * kTriangle);
   EXPECT_GT(triangles, 100u);
   // Every vertex must lie on the ball of the scene, with a normal that points outwards, and must be enamel of the

@@ -19,13 +19,16 @@ TOOL = 255
 
 
 def load_geometry(file):
-    """Vertices as a structured array, triangles as an (n, 3) array, and the tissues' names."""
+    """Vertices as a structured array, triangles as an (n, 3) array, the tissues' names, and the origins of the bodies'
+    own frames (mm)."""
     with open(file, "rb") as f:
-        names, counts, fields, element = {}, {}, [], None
+        names, origins, counts, fields, element = {}, {}, {}, [], None
         kinds = {"float": "<f4", "uchar": "u1"}
         while (line := f.readline().decode().split()) != ["end_header"]:
             if line[:2] == ["comment", "tissue"]:
                 names[int(line[2])] = line[3]
+            elif line[:2] == ["comment", "origin"]:
+                origins[int(line[2])] = np.array(line[3:], float)
             elif line[0] == "element":
                 element = line[1]
                 counts[element] = int(line[2])
@@ -34,7 +37,58 @@ def load_geometry(file):
         vertices = np.frombuffer(f.read(counts["vertex"] * np.dtype(fields).itemsize), np.dtype(fields))
         face = np.dtype([("n", "u1"), ("i", "<u4", 3)])
         triangles = np.frombuffer(f.read(counts["face"] * face.itemsize), face)["i"]
-    return vertices, triangles, names
+    return vertices, triangles, names, origins
+
+
+def noise(p):
+    """noise() of shaders/tooth.glsl: a smooth function of the position with random values 0..1 at integer positions.
+    `p`: (n, 3)."""
+
+    def hashed(p):
+        p = p * np.float32([0.1031, 0.1030, 0.0973])
+        p -= np.floor(p)
+        p += (p * (p[:, [1, 0, 2]] + np.float32(33.33))).sum(1, keepdims=True)
+        value = (p[:, 0] + p[:, 1]) * p[:, 2]
+        return value - np.floor(value)
+
+    p = p.astype(np.float32)
+    first = np.floor(p)
+    f = p - first
+    f = f * f * (3 - 2 * f)
+    total = np.zeros(len(p), np.float32)
+    for corner in np.ndindex(2, 2, 2):
+        weight = np.where(corner, f, 1 - f).prod(1)
+        total += weight * hashed(first + np.float32(corner))
+    return total
+
+
+# The colour textures of shaders/gum.glsl and shaders/tooth.glsl that are coarse enough for the vertices of the mesh:
+# frequency of the noise (1/m), and the factors of the colour where the noise is 0 and 1.
+TEXTURES = {
+    "enamel": (900, (0.97, 0.97, 0.97), (1.03, 1.03, 1.03)),
+    "gingiva": (420, (0.93, 0.83, 0.86), (1.07, 1.17, 1.14)),
+    "mucosa": (260, (0.93, 0.84, 0.84), (1.05, 1.06, 1.05)),
+    "skin": (500, (0.96, 0.96, 0.96), (1.04, 1.04, 1.04)),
+}
+
+
+# The random walks of Cycles 3.4 reflect slightly more than the stated colour: the colours of thick flat plates in
+# uniform light, and their reflectance divided by their colour (mean of 300,000 paths each).
+PLATES = ((0.05, 0.12, 0.22, 0.40, 0.55, 0.70, 0.85, 0.95), (1.011, 1.008, 1.012, 1.010, 1.008, 1.008, 1.006, 0.958))
+
+
+def textured(color, tissue, names, position, cut):
+    """The reflectance of the vertices with the program's texture. `position`: mm, frame of the body. A cut surface has no
+    such texture."""
+    color = color.copy()
+    for number, name in names.items():
+        mine = tissue == number
+        if name in TEXTURES and mine.any():
+            frequency, low, high = TEXTURES[name]
+            share = noise(position[mine] * 1e-3 * frequency)[:, None]
+            factor = (1 - share) * low + share * high
+            color[mine] *= factor + (1 - factor) * cut[mine, None]
+    return color
 
 
 def linear(srgb):
@@ -82,9 +136,10 @@ class Tissues:
         t = self.values[name]
         return 1 / (np.array(t["reduced_scattering_per_mm"]) + np.array(t.get("absorption_per_mm", [0.3] * 3)))
 
-    def of(self, tissue, first, under, depth, shown):
+    def of(self, tissue, first, under, depth, shown, cut):
         """Arrays over the vertices: reflectance, mean free path (mm), roughness, reflectance of the film at normal
-        incidence, metal. `shown`: the program's linear colour for the vertices' `first` tissue."""
+        incidence, metal. `shown`: the program's linear colour for the vertices' `first` tissue. `cut`: 0..1, whether a
+        cut made the surface."""
         n = len(tissue)
         color, path = np.zeros((n, 3)), np.ones((n, 3))
         rough, mirror, metal = np.full(n, 0.5), np.full(n, 0.04), np.zeros(n)
@@ -100,12 +155,13 @@ class Tissues:
                 color[layered] = self.drawn(name, shown[layered])
             if not t.get("metal"):
                 path[mine] = self.free_path(name)
-                wet = t["wet"]
+                of_cut = {"roughness": t["roughness"], "wet": t["wet"]} | t.get("cut", {})
+                wet, roughness = (t[key] + cut[mine] * (of_cut[key] - t[key]) for key in ("wet", "roughness"))
                 water, index = film["refractive_index"], t["refractive_index"]
                 outer, inner = ((water - 1) / (water + 1)) ** 2, ((index - water) / (index + water)) ** 2
                 dry = ((index - 1) / (index + 1)) ** 2
                 mirror[mine] = (1 - wet) * dry + wet * (outer + (1 - outer) ** 2 * inner)
-                rough[mine] = (1 - wet) * t["roughness"] + wet * min(t["roughness"], film["roughness"])
+                rough[mine] = (1 - wet) * roughness + wet * np.minimum(roughness, film["roughness"])
             else:
                 metal[mine], rough[mine] = 1, t["roughness"]
             # A tissue that light passes: what lies below it shines through.
@@ -188,8 +244,9 @@ def unfolded(points, normals, triangles):
     return places[place], triangles
 
 
-def add_body(name, vertices, triangles, tissues, material):
+def add_body(name, vertices, triangles, origin, tissues, material):
     points, normals = (np.stack([vertices[c] for c in names], 1) for names in ("xyz", ("nx", "ny", "nz")))
+    corners = points
     if tissues:
         points, triangles = unfolded(points, normals, triangles)
     mesh = bpy.data.meshes.new(name)
@@ -214,8 +271,10 @@ def add_body(name, vertices, triangles, tissues, material):
         shown = np.stack([vertices[c] for c in ("red", "green", "blue")], 1)
         for which, tissue in (("first", vertices["tissue"]), ("second", vertices["second"])):
             color, path, rough, mirror, metal = tissues.of(
-                tissue, vertices["tissue"], vertices["under"], vertices["depth"], shown
+                tissue, vertices["tissue"], vertices["under"], vertices["depth"], shown, vertices["cut"]
             )
+            color = textured(color, tissue, tissues.names, corners - origin, vertices["cut"])
+            color = np.where(metal[:, None] > 0, color, color / np.interp(color, *PLATES))
             attribute(which + "_color", "FLOAT_VECTOR", color)
             attribute(which + "_path", "FLOAT_VECTOR", path)
             attribute(which + "_gloss", "FLOAT_VECTOR", np.stack([rough, mirror, metal], 1))
@@ -428,7 +487,7 @@ def main():
         frame = json.load(f)
     with open(os.path.join(HERE, "tissues.json")) as f:
         values = json.load(f)
-    vertices, triangles, names = load_geometry(os.path.join(folder, "geometry.ply"))
+    vertices, triangles, names, origins = load_geometry(os.path.join(folder, "geometry.ply"))
     tissues = Tissues(values, frame["colors"], names)
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -440,7 +499,8 @@ def main():
         number[mine] = np.arange(len(mine))
         own = number[triangles[vertices["body"][triangles[:, 0]] == body]]
         is_tool = body == TOOL
-        add_body(f"body {body}", vertices[mine], own, None if is_tool else tissues, metal if is_tool else tissue)
+        look = (None, metal) if is_tool else (tissues, tissue)
+        add_body(f"body {body}", vertices[mine], own, origins.get(body), *look)
     add_light(frame["light"])
     add_camera(frame["left"], frame["size"])
 

@@ -176,6 +176,37 @@ TEST(SurroundingsOfTheScenes, HaveABoundedNumberOfTriangles) {
   }
 }
 
+TEST(SurroundingsOfTheScenes, HaveNoSecondGumBelowTheGumAroundTheWorkingTooth) {
+  for (const char* name : {"molar-caries", "crown-preparation"}) {
+    const Surroundings around = make_surroundings(shipped(name).surroundings);
+    std::vector<const SurroundingMesh*> gums;  // first the fine one around the working tooth, then the rest of the row
+    for (const SurroundingMesh& mesh : around.meshes) {
+      const Tissue tissue = mesh.bricks.empty() ? Tissue::kAir : mesh.bricks[0].vertices[0].tissue[0];
+      if (tissue == Tissue::kGingiva || tissue == render::kAcrylic) gums.push_back(&mesh);
+    }
+    ASSERT_EQ(gums.size(), 2u) << name;
+    dvec3 lo(1e9), hi(-1e9);
+    for (const auto& brick : gums[0]->bricks)
+      for (const auto& v : brick.vertices) {
+        lo = glm::min(lo, gums[0]->origin + dvec3(v.p));
+        hi = glm::max(hi, gums[0]->origin + dvec3(v.p));
+      }
+    int beside = 0;
+    for (const auto& brick : gums[1]->bricks)
+      for (std::size_t i = 0; i + 2 < brick.indices.size(); i += 3) {
+        double least = 1e9;  // m, depth of the triangle's outermost corner inside the box of the first gum
+        for (std::size_t k = 0; k < 3; ++k) {
+          const dvec3 p = gums[1]->origin + dvec3(brick.vertices[brick.indices[i + k]].p);
+          const dvec3 inside = glm::min(p - lo, hi - p);
+          least = std::min({least, inside.x, inside.y, inside.z});
+        }
+        EXPECT_LT(least, 7e-3) << name;  // the bricks of the first gum reach up to 5.8 mm beyond its box
+        beside += least > 0;
+      }
+    EXPECT_GT(beside, 20) << name << ": the two overlap, so that no gap between them is visible";
+  }
+}
+
 TEST(SurroundingsOfTheScenes, ThePhantomHasTeethOfPlasticAndGumOfAcrylic) {
   const Surroundings around = make_surroundings(shipped("crown-preparation").surroundings);
   std::set<Tissue> found;

@@ -289,7 +289,7 @@ void PictureStage::follow_light(const render::Lights& lights) {
       const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
       tissue_light_->add_fixed(std::move(body), hard);
     }
-    light_scene_.emplace(std::move(triangles), *around_.lit, kSpacing);
+    light_scene_.emplace(std::move(triangles), *around_.lit, kSpacing, options_.quality.tissue_mirrors);
   }
   const render::LightSources sources = render::sources_of(lights);
   const render::LightGrid grid = light_scene_->light(sources);

@@ -29,6 +29,7 @@ void ShownGeometry::add_triangles(std::span<const std::uint32_t> indices, std::s
 }
 
 void ShownGeometry::add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  origins_[static_cast<std::uint8_t>(body)] = millimetres(origin);
   for (const render::MeshUpdate& brick : bricks) {
     const std::size_t first = corners_.size();
     for (const render::Vertex& v : brick.vertices) {
@@ -37,8 +38,8 @@ void ShownGeometry::add(render::MeshId body, std::span<const render::MeshUpdate>
       const dvec3 color = render::layered_color(render::linear_light(look.color), look.translucency, beneath, v.shows);
       corners_.push_back({millimetres(origin + dvec3(v.p)), v.n, static_cast<std::uint8_t>(body),
                           static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),
-                          static_cast<std::uint8_t>(v.under), v.second, static_cast<float>(v.depth / kMillimetre),
-                          glm::vec3(color)});
+                          static_cast<std::uint8_t>(v.under), v.second, v.cut,
+                          static_cast<float>(v.depth / kMillimetre), glm::vec3(color)});
     }
     add_triangles(brick.indices, first);
   }
@@ -49,7 +50,7 @@ void ShownGeometry::add(const render::ToolMesh& tool, const Pose& X_WG, float bl
   for (const render::ToolVertex& v : tool.vertices) {
     const glm::vec3 p = glm::mix(v.p, v.hull_p, blur * v.spins), n = glm::mix(v.n, v.hull_n, blur * v.spins);
     corners_.push_back({millimetres(X_WG * dvec3(p)), glm::normalize(glm::vec3(X_WG.R * dvec3(n))), kToolBody, 0, 0, 0,
-                        0, 0, glm::vec3(0)});
+                        0, 0, 0, glm::vec3(0)});
   }
   add_triangles(tool.indices, first);
 }
@@ -58,11 +59,13 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
   std::string labels;
   for (int t = 0; t < render::kMatterCount; ++t)
     labels += fmt::format("comment tissue {} {}\n", t, render::matter_name(t));
+  for (const auto& [body, origin] : origins_)
+    labels += fmt::format("comment origin {} {} {} {}\n", body, origin.x, origin.y, origin.z);
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment Typodont, millimetres, frame W\n{}element vertex {}\n"
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
       "property uchar body\nproperty uchar tissue\nproperty uchar second\nproperty uchar under\n"
-      "property float share\nproperty float depth\n"
+      "property float share\nproperty float cut\nproperty float depth\n"
       "property float red\nproperty float green\nproperty float blue\n"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       labels, corners_.size(), indices_.size() / 3);
@@ -74,6 +77,7 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
     append(out, c.second);
     append(out, c.under);
     append(out, c.fraction);
+    append(out, c.cut);
     append(out, c.depth);
     append(out, c.color);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,8 @@ inline constexpr std::uint8_t kToolBody = 255;
 class ShownGeometry {
  public:
   explicit ShownGeometry(const MaterialTable& materials) : looks_(render::appearances_of(materials)) {}
-  /// Adds the bricks (mesh blocks) of a body. `origin`: m, frame W. `body`: number less than kToolBody.
+  /// Adds the bricks (mesh blocks) of a body. `origin`: m, frame W, origin of the body's own frame. `body`: number less
+  /// than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
   /// Adds the tool at this pose. `blur`: 0 for a tool at rest, 1 for the hull of a tool that rotates fast.
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);
@@ -32,6 +34,7 @@ class ShownGeometry {
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
     // 0..1, fraction of the tissue `second` in the colour of this corner; the rest is the colour of the tissue `tissue`
     float fraction = 0;
+    float cut = 0;       // 0..1, fraction of the surface around this corner that was made by cutting
     float depth = 0;     // mm, depth of a deeper tissue (`under`) below the surface; 0: there is no such tissue
     glm::vec3 color{0};  // linear RGB, colour of the surface tissue, through which the tissue below it is visible
   };
@@ -39,6 +42,7 @@ class ShownGeometry {
 
   std::array<render::Look, render::kMatterCount> looks_;
   std::vector<Corner> corners_;
+  std::map<std::uint8_t, glm::vec3> origins_;  // mm, frame W, by body
   std::vector<std::uint32_t> indices_;
 };
 

@@ -29,6 +29,8 @@ constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // m, depth by which the coarse mesh of gum or dam lies below the fine mesh where the two meshes overlap
 constexpr double kCoarseBelow = 0.5e-3;
+// m, width of the strip inside the box of the fine mesh in which the coarse mesh also exists
+constexpr double kOverlap = 1.2e-3;
 // m, the coarse mesh is used if the picture allows a surface error larger than this
 constexpr double kCoarseFrom = 45e-6;
 // m, depth below the gum's edge down to which a neighbouring tooth is drawn
@@ -56,6 +58,31 @@ constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
 constexpr double kFaceOverlap = 0.05e-3;
 // m, the cut face of the gum lies behind the cut faces of the teeth by this distance
 constexpr double kFaceUnder = 10e-6;
+
+/// Keeps the triangles that have a corner for which wanted(p) is true, and the vertices of these triangles. `lo`: m,
+/// frame W, origin of the vertices.
+template <class Wanted>
+void keep_triangles(std::vector<render::MeshUpdate>& mesh, const dvec3& lo, const Wanted& wanted) {
+  for (render::MeshUpdate& brick : mesh) {
+    constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> number(brick.vertices.size(), kUnused), indices;
+    std::vector<render::Vertex> vertices;
+    for (std::size_t i = 0; i + 2 < brick.indices.size(); i += 3) {
+      const std::span<const std::uint32_t, 3> corners(&brick.indices[i], 3);
+      const auto is_wanted = [&](std::uint32_t v) { return wanted(lo + dvec3(brick.vertices[v].p)); };
+      if (std::none_of(corners.begin(), corners.end(), is_wanted)) continue;
+      for (const std::uint32_t v : corners) {
+        if (number[v] == kUnused) {
+          number[v] = static_cast<std::uint32_t>(vertices.size());
+          vertices.push_back(brick.vertices[v]);
+        }
+        indices.push_back(number[v]);
+      }
+    }
+    brick.vertices = std::move(vertices), brick.indices = std::move(indices);
+  }
+  std::erase_if(mesh, [](const render::MeshUpdate& brick) { return brick.indices.empty(); });
+}
 
 struct Box {
   dvec3 lo{1e9}, hi{-1e9};  // m, frame W, lower and upper corner of the box
@@ -419,8 +446,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
 
   // Meshes the gum or the rubber dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
-  const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted) {
+  const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
+                        const auto& kept) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
+      keep_triangles(mesh, box.lo, kept);
       if (plan.dam)
         paint(mesh, render::kRubber);
       else if (phantom)
@@ -435,19 +464,25 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     if (plan.dam) box.grow(box.hi + plan.crown * 8e-3);
     return box;
   }();
-  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
+  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](const dvec3&) { return true; });
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // Where the coarse bricks (mesh blocks) overlap the fine bricks (by up to one brick), the coarse surface is lowered
-    // below the fine surface, so that it is not visible.
-    const auto below = [&](const dvec3& p) {
+    // The coarse bricks (mesh blocks) overlap the fine bricks. There, the coarse surface is lowered below the fine
+    // surface, so that it is not visible. Except for a narrow strip, it is removed. A second surface below the first
+    // one would also take the light that travels inside the gum.
+    const auto inside_near = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
-      return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));
+      return std::min({inside.x, inside.y, inside.z});
     };
-    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel, false, below,
-         [&](const dvec3& lo, const dvec3& hi) {
-           return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
-         });
+    const auto below = [&](const dvec3& p) {
+      return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, inside_near(p));
+    };
+    soft(
+        plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel, false, below,
+        [&](const dvec3& lo, const dvec3& hi) {
+          return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
+        },
+        [&](const dvec3& p) { return inside_near(p) < kOverlap; });
   }
   if (shape.clamp) {
     const DamClamp& clamp = *shape.clamp;
