@@ -60,6 +60,19 @@ void add_build(Fnv1a& key) {
   key.add(build_identity());
 }
 
+bool add_file(Fnv1a& key, const fs::path& file) {
+  std::error_code code;
+  const auto size = fs::file_size(file, code);
+  if (code) return false;
+  const auto written = fs::last_write_time(file, code).time_since_epoch().count();
+  if (code) return false;
+  const std::string name = fs::absolute(file, code).string();
+  key.bytes(name.data(), name.size());
+  key.add(size);
+  key.add(written);
+  return true;
+}
+
 namespace {
 
 /// Returns the file name KEY-CONTENT.suffix. CONTENT is the hash of the file's content, with which damage is detected.

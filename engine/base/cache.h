@@ -26,6 +26,10 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// from the same input.
 void add_build(Fnv1a& key);
 
+/// Adds the path, the size and the time of the last change of a file to a key. This is much faster than the hash of a
+/// large file's content. Returns false if there is no such file.
+bool add_file(Fnv1a& key, const std::filesystem::path& file);
+
 /// Returns the path of the cached file for this key, or an empty path if there is no valid file or `in` is empty. The
 /// content of the file is checked, and a damaged file is removed.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);

@@ -42,9 +42,8 @@ void Choices::set_language(session::Language language) {
 }
 
 void Choices::rescan() {
-  std::vector<fs::path> files;
-  s_.scenes = find_scenes(s_, files);
-  pictures_.load(files);
+  s_.scenes = find_scenes(s_);
+  pictures_.forget();
   std::string texts;
   for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
   window_.announce_text(texts);

@@ -13,7 +13,6 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
-#include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
@@ -59,14 +58,8 @@ std::string file_name_of(const std::string& text) {
   return out;
 }
 
-fs::path made_picture(const fs::path& scene) {
-  const std::uint64_t content = cache::hash_of(scene).value_or(Fnv1a{}.value);
-  return user_folder() / "pictures" / fmt::format("{}-{:016x}.png", scene.stem().string(), content);
-}
-
-std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::path>& pictures) {
+std::vector<SceneChoice> find_scenes(const OperatorState& s) {
   std::vector<SceneChoice> scenes;
-  pictures.clear();
   const fs::path own = user_folder() / "scenes";
   for (const fs::path& folder : {assets_folder() / "scenes", own}) {
     for (const fs::path& file : json_files(folder)) {
@@ -90,10 +83,6 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
       } catch (const std::exception& e) {
         choice.fault = e.what();
       }
-      std::error_code code;
-      fs::path picture = fs::path(file).replace_extension(".png");
-      if (!fs::is_regular_file(picture, code)) picture = made_picture(file);
-      pictures.push_back(fs::is_regular_file(picture, code) ? picture : fs::path());
       scenes.push_back(std::move(choice));
     }
   }

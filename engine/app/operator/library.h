@@ -10,14 +10,9 @@
 
 namespace typodont {
 
-/// Returns the path of the picture that the program has drawn for a scene. The program shows this picture if there is
-/// no file NAME.png beside the scene. The path changes when the scene's content changes.
-std::filesystem::path made_picture(const std::filesystem::path& scene);
-
 /// Finds the shipped scenes and then the user's scenes, sorted by name. A scene that cannot be read is listed with its
-/// error. `pictures[i]` becomes the path of the picture of scene i: NAME.png beside the scene, or a picture that the
-/// program has drawn. It is empty if there is no picture.
-std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
+/// error.
+std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
 /// Changes a text so that it is a valid name of a file or folder.
 std::string file_name_of(const std::string& text);

@@ -113,8 +113,8 @@ class Operator {
     }
   }
 
-  /// Does background work while a page is idle: draws missing pictures of scenes, computes missing scores, and searches
-  /// for devices.
+  /// Does background work while a page is idle: draws the picture of the selected scene if it is missing, computes
+  /// missing scores, and searches for devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();

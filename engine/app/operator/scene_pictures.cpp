@@ -1,9 +1,7 @@
 #include "engine/app/operator/scene_pictures.h"
 
-#include <algorithm>
-
 #include "engine/app/operator/child.h"
-#include "engine/app/operator/library.h"
+#include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -11,21 +9,53 @@ namespace typodont {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr const char* kSuffix = ".png";
+// bytes, largest size of the cache of pictures; it holds more than a hundred pictures
+constexpr std::uintmax_t kMostKept = 64 << 20;
+
+fs::path folder() {
+  return cache::folder("pictures");
+}
+
+/// Returns the key under which the drawn picture of a scene is cached. The key changes when the scene's file or the
+/// program changes.
+std::uint64_t key_of(const fs::path& scene) {
+  Fnv1a key;
+  cache::add_build(key);
+  (void)cache::add_file(key, scene);
+  return key.value;
+}
+
+/// Returns the file with the picture of a scene. The path is empty if there is no picture.
+fs::path picture_of(const fs::path& scene) {
+  std::error_code code;
+  const fs::path own = fs::path(scene).replace_extension(kSuffix);
+  return fs::is_regular_file(own, code) ? own : cache::find(folder(), key_of(scene), kSuffix);
+}
+
+}  // namespace
+
 ScenePictures::~ScenePictures() {
   window_.wait_idle();
   destroy();
 }
 
-void ScenePictures::load(const std::vector<fs::path>& files) {
+void ScenePictures::forget() {
   window_.wait_idle();
   destroy();
-  for (std::size_t i = 0; i < files.size(); ++i)
-    if (!files[i].empty()) take(s_.scenes[i], files[i]);
 }
 
 void ScenePictures::destroy() {
   for (gpu::Image& picture : s_.pictures) picture.destroy(window_.device());
   s_.pictures.clear();
+  sought_.clear();
+}
+
+void ScenePictures::drop() {
+  job_.reset();
+  sought_.clear();
 }
 
 bool ScenePictures::take(SceneChoice& scene, const fs::path& picture) {
@@ -40,37 +70,36 @@ bool ScenePictures::take(SceneChoice& scene, const fs::path& picture) {
 }
 
 bool ScenePictures::look() {
-  if (!job_) {
-    begin();
-    return false;
+  if (job_ && job_->done()) {
+    if (job_->failure()) failed_.insert(drawn_);
+    job_.reset();
+    sought_.clear();
   }
-  if (!job_->done()) return false;
-  const bool made = !job_->failure();
-  job_.reset();
-  bool came = false;
-  for (SceneChoice& scene : s_.scenes)
-    if (made && scene.file == drawn_ && scene.picture < 0) came = take(scene, made_picture(drawn_));
-  return came;
+  if (s_.scene < 0 || s_.scene >= std::ssize(s_.scenes)) return false;
+  SceneChoice& scene = s_.scenes[static_cast<std::size_t>(s_.scene)];
+  if (scene.picture >= 0 || !scene.fault.empty() || scene.file == sought_) return false;
+  sought_ = scene.file;
+  if (const fs::path picture = picture_of(scene.file); !picture.empty()) return take(scene, picture);
+  if (!job_ && !failed_.contains(scene.file)) begin(scene.file);
+  return false;
 }
 
-void ScenePictures::begin() {
-  const auto wanting = [&](const SceneChoice& scene) {
-    return scene.picture < 0 && scene.fault.empty() && !tried_.contains(scene.file);
-  };
-  auto scene = s_.scenes.begin() + std::min<std::ptrdiff_t>(s_.scene, std::ssize(s_.scenes));
-  if (scene == s_.scenes.end() || !wanting(*scene)) scene = std::find_if(s_.scenes.begin(), s_.scenes.end(), wanting);
-  if (scene == s_.scenes.end()) return;
-  drawn_ = scene->file;
-  tried_.insert(drawn_);
-  job_ = std::make_unique<Job>([file = drawn_](Progress& progress) {
-    const fs::path picture = made_picture(file), folder = fs::path(picture).replace_extension();
-    run_self({"render", file.string(), "--eye", "left", "--size", "640x480", "--out", folder.string()}, progress,
-             kLowestPriority);
-    std::error_code code;
-    fs::rename(folder / "left.png", picture, code);
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-    if (code) throw RunFailure("no picture");
+void ScenePictures::begin(const fs::path& scene) {
+  drawn_ = scene;
+  job_ = std::make_unique<Job>([scene](Progress& progress) {
+    const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMostKept, [&](const fs::path& file) {
+      struct Drawn {  // removes the folder in its destructor, also if the drawing fails
+        fs::path folder;
+        ~Drawn() {
+          std::error_code ignored;
+          fs::remove_all(folder, ignored);
+        }
+      } drawn{fs::path(file).replace_extension()};
+      run_self({"render", scene.string(), "--eye", "left", "--size", "640x480", "--out", drawn.folder.string()},
+               progress, kLowestPriority);
+      fs::rename(drawn.folder / "left.png", file);
+    });
+    if (!kept) throw RunFailure("no picture");
   });
 }
 

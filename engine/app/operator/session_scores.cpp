@@ -24,17 +24,9 @@ constexpr std::uintmax_t kMostKept = 4 << 20;
 /// Returns the key under which the score of a session is cached. The key changes when the session's file or the program
 /// changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
-  std::error_code code;
-  const auto size = fs::file_size(session, code);
-  if (code) return std::nullopt;
-  const auto written = fs::last_write_time(session, code).time_since_epoch().count();
-  if (code) return std::nullopt;
   Fnv1a key;
   cache::add_build(key);
-  const std::string name = fs::absolute(session, code).string();
-  key.bytes(name.data(), name.size());
-  key.add(size);
-  key.add(written);
+  if (!cache::add_file(key, session)) return std::nullopt;
   return key.value;
 }
 
