@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "engine/base/json.h"
+#include "engine/session/page/frame_stream.h"
+#include "engine/session/session_file.h"
 #include "tests/support/desktop.h"
 #include "tests/support/dicom_files.h"
 #include "tests/support/drop_source.h"
@@ -263,6 +265,7 @@ struct OperatorWindow : testing::Test {
 TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone) {
   Program program(folder);
   open(program);
+  EXPECT_TRUE(eventually([&] { return colours({460, 180}, {860, 480}) > 200; })) << "no picture of the exercise";
   choose_block_and_script();
   press("F5");
   ASSERT_EQ(program.wait_for("session started: "), "block");
@@ -280,6 +283,11 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
 
   // The operator's actions are in the recording, so a replay is exact.
   expect_exact_replay(report);
+  // The CPU draws a picture every 30 ms at most, and a new size or quality at once.
+  const session::SessionReader recorded(std::filesystem::path(report).replace_extension(".h5"));
+  const auto pictures = session::frames_of(recorded, "picture");
+  ASSERT_TRUE(pictures);
+  EXPECT_LE(static_cast<double>(pictures->count()), to_seconds(recorded.ticks().back().t) / 0.03 + 20);
 }
 
 TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {

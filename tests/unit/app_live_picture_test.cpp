@@ -202,6 +202,22 @@ struct Watched {
   }
 };
 
+TEST(PictureStage, IsBlankUntilAFrameIsDrawnInThePresentSizeAndQuality) {
+  Watched watched;
+  PictureStage& stage = watched.stage;
+  const auto drawn = [&] {
+    const bool was_blank = stage.blank();
+    stage.draw({}, {}, 0.01);
+    return was_blank && !stage.blank();
+  };
+  EXPECT_TRUE(drawn());
+  EXPECT_FALSE(drawn());
+  EXPECT_TRUE(stage.resize({120, 90}));
+  EXPECT_TRUE(drawn());
+  stage.set_quality(render::kQualityLadder.back());
+  EXPECT_TRUE(drawn());
+}
+
 TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewReplacesIt) {
   Watched watched;
   watched.turns(2);

@@ -24,7 +24,10 @@ constexpr Nanos kProcessorMeshInterval = 33'000'000;
 // ns; while nothing is drawn, the program checks in this interval whether something has moved
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
-constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
+// ns, time between two of the trainee's pictures that the CPU draws for the operator's window. The servo thread, the
+// picture and the window's own drawing share the processors.
+constexpr Nanos kProcessorInterval = 30'000'000;
+constexpr int kImplantSections = 2;  // number of sections through an implant: along the arch, and across it
 // The section follows the drill only if the drill has rotated or moved farther than this.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation of the drill that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest motion of the drill that the section follows
@@ -314,6 +317,9 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     // Stores the time at which the first picture is certainly on the screen. The window shows a frame at the latest at
     // the second poll() after drawing it. So this time may be a little too late, but not too early.
     first_shown_ = now();
+  if (options_.embedded && !in_one_window() && stage_->device().processor && !stage_->blank() &&
+      now() - drawn_turn_ < kProcessorInterval)
+    return;
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -344,6 +350,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   frames_ += stats.drawn;
   record_view();
   if (stats.drawn) {
+    drawn_turn_ = last_turn_;
     count_frame(stats, work);
     follow(stats, dt, tick);
     return;

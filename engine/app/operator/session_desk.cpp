@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr Nanos kScoreInterval = 500'000'000;
 constexpr Nanos kCurveInterval = 25'000'000;
+// ns, the session is at rest if no picture changed for this time. It is longer than the time between two frames.
+constexpr Nanos kRest = 100'000'000;
 
 }  // namespace
 
@@ -137,19 +139,19 @@ SessionDesk::Turn SessionDesk::step() {
     s_.forces[static_cast<std::size_t>(s_.curve_at)] = static_cast<float>(glm::length(s_.status.tick.f_T_W));
     s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
   }
-  at_rest_ = nothing_moves(before);
+  const bool new_picture = s_.status.frames + s_.status.own_frames != before.frames + before.own_frames;
+  if (new_picture) picture_time_ = t;
+  at_rest_ = nothing_moves(before) && t - picture_time_ > kRest;
   if (!looks_same(s_.status.tick.X_WT, rests_at_)) rests_at_ = s_.status.tick.X_WT;
   const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);
-  return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged
-                                                                                                     : Turn::kSame;
+  return new_picture || next_second ? Turn::kChanged : Turn::kSame;
 }
 
 bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
   const WorkbenchStatus& is = s_.status;
   return looks_same(is.tick.X_WT, rests_at_) && is.tick.spindle == before.tick.spindle &&
          is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
-         is.tissue.version == before.tissue.version && is.faults == before.faults && is.frames == before.frames &&
-         is.own_frames == before.own_frames && !s_.look_in_work &&
+         is.tissue.version == before.tissue.version && is.faults == before.faults && !s_.look_in_work &&
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
 }
 

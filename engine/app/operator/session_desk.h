@@ -84,6 +84,7 @@ class SessionDesk {
       /// the file with the saved tissue
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
+  Nanos picture_time_ = 0;  // time of the last new picture
   bool at_rest_ = false;
   Pose rests_at_;  // pose of the tool when it last moved visibly
 };

@@ -226,6 +226,7 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   if (eye_size == screen_size_) return false;
   vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
+  blank_ = true;
   renderer_->resize(eye_size);
   // The panel is enlarged about its middle until it has the aspect ratio of the picture. So everything that was visible
   // stays visible.
@@ -463,6 +464,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     ring_.abandon(device_);
     return stats;
   }
+  blank_ = blank_ && !stats.drawn;
   follow_pixels(stats.pixel);
   pixel_ = stats.pixel;
   timing_.gpu = 1e-3 * stats.gpu_ms;
@@ -523,6 +525,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 void PictureStage::set_quality(const render::Quality& quality) {
   vkDeviceWaitIdle(device_.device);
   options_.quality = quality;
+  blank_ = true;
   renderer_->set_quality(quality);
 }
 

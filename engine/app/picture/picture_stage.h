@@ -130,6 +130,8 @@ class PictureStage {
 
   /// Returns the pictures of both eyes, in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
+  /// Returns true if pictures() contain no frame, because none was drawn since their size or quality changed.
+  bool blank() const { return blank_; }
   /// Sets the size of the pictures in pixels. The display rig's panel gets the same aspect ratio. Call it only if
   /// Options::embedded is true. Returns true if the size changed.
   bool resize(glm::ivec2 eye_size);
@@ -199,6 +201,7 @@ class PictureStage {
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   Timing timing_;
+  bool blank_ = true;    // true: no frame was drawn since the size or the quality of the pictures changed
   bool missed_ = false;  // true: the last frame was not shown, or the window is minimised
   glm::ivec2 screen_size_{0};
   /// m, vectors along the panel's lower edge (rightwards) and left edge (upwards), as the rig file states them
