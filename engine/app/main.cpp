@@ -24,6 +24,7 @@
 #include "engine/base/input_file.h"
 #include "engine/base/interrupt.h"
 #include "engine/base/log.h"
+#include "engine/base/realtime.h"
 #include "engine/gpu/driver_cache.h"
 #include "haptics/sphere_passes.h"
 
@@ -115,6 +116,7 @@ static int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
+  keep_freed_memory();
   try {
     return run_program(argc, argv);
   } catch (const Error& e) {

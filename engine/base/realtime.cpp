@@ -1,6 +1,7 @@
 #include "engine/base/realtime.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <time.h>
@@ -79,6 +80,13 @@ std::string realtime_refusal() {
   RealtimeGranted granted;
   std::thread([&] { granted = enter_realtime({.priority = 80, .core = -1, .lock_memory = false}); }).join();
   return granted.fifo ? std::string() : granted.note.substr(0, granted.note.rfind("; "));
+}
+
+void keep_freed_memory() noexcept {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
 }
 
 void flush_denormals() noexcept {

@@ -32,6 +32,12 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 /// SCHED_FIFO. The function makes the request in a separate thread.
 std::string realtime_refusal();
 
+/// Lets the allocator keep up to 256 MiB of freed memory for the next allocations, except arrays of 32 MiB or more,
+/// which are returned to the system at once. By default, smaller arrays are returned, too. When their memory is used
+/// again, the system has to clear every page of it. Call this function before other threads start. A library must not
+/// call it, because it affects the whole process.
+void keep_freed_memory() noexcept;
+
 /// Makes the processor treat denormals as zero in the calling thread. Otherwise a decaying filter would become slow
 /// when its values become denormal.
 void flush_denormals() noexcept;
