@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <vector>
 
 #include "engine/base/cache.h"
 #include "engine/base/csv.h"
@@ -180,6 +182,28 @@ TEST(NoAllocGuard, SeesAnAllocation) {
   auto p = std::make_unique<int>(3);
   EXPECT_GE(guard.count(), 1u);
 }
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(FreedMemory, OfLargeArraysIsUsedAgainWithoutPageFaults) {
+  constexpr std::size_t kBytes = 20 << 20;
+  const auto use = [] {
+    const std::vector<char> arrays[3] = {std::vector<char>(kBytes, 1), std::vector<char>(kBytes, 2),
+                                         std::vector<char>(kBytes, 3)};
+    int sum = 0;
+    for (const auto& array : arrays) sum += array[kBytes / 2];
+    return sum;
+  };
+  const auto faults = [] {
+    rusage used{};
+    getrusage(RUSAGE_SELF, &used);
+    return used.ru_minflt;
+  };
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(use(), 6);  // after that, the allocator has the memory
+  const long before = faults();
+  EXPECT_EQ(use(), 6);
+  EXPECT_LT(faults() - before, 500) << "60 MiB have 15,360 pages";
+}
+#endif
 
 TEST(EvenSample, IsExactWhileItFitsAndLaterEvenlySpreadOverTheWholeLength) {
   EvenSample few, many;
