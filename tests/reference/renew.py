@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the reference pictures of all scenes again, or of those named.
 
-tests/reference/renew.py [--program build/release/typodont] [--samples 96] [NAME …]
+tests/reference/renew.py [--program build/release/typodont] [--samples 128] [NAME …]
 
 With --compare it draws no reference. It writes docs/pictures/looks_NAME.jpg instead: the picture of the program
 --before, the picture of the program, and the reference. With --scenes it writes docs/pictures/scene_NAME.jpg for each
@@ -84,7 +84,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--program", default=ROOT / "build/release/typodont")
-    parser.add_argument("--samples", type=int, default=96)
+    parser.add_argument("--samples", type=int, default=128)
     parser.add_argument("-c", "--compare", action="store_true", help="write the pictures of docs/looks.md")
     parser.add_argument("-b", "--before", help="folder with an older program and its assets, for a comparison")
     parser.add_argument("--scenes", action="store_true", help="write a picture of each scene of assets/scenes")

@@ -27,7 +27,7 @@ nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.1rem;list-style:none;margin:1rem
 section{background:var(--card);border:1px solid var(--rule);border-radius:12px;padding:1.25rem;margin:0 0 1.25rem}
 .warn{background:var(--warn);color:var(--warn-ink);border-radius:10px;padding:.6rem 1rem;margin:0 0 1rem}.warn p{margin:.2rem 0}
 .top{display:grid;grid-template-columns:minmax(12rem,1fr) 3fr;gap:1.5rem;align-items:center}
-.big{margin:0;font-size:3.4rem;font-weight:700;line-height:1;font-variant-numeric:tabular-nums}.big small{font-size:1.4rem;font-weight:500;color:var(--soft)}
+.big{margin:0;font-size:3.4rem;font-weight:700;line-height:1;white-space:nowrap;font-variant-numeric:tabular-nums}.big small{font-size:1.4rem;font-weight:500;color:var(--soft)}
 .soft{color:var(--soft);margin:.3rem 0 0}
 .gauge{height:10px;border-radius:5px;background:var(--rule);position:relative;margin:.7rem 0 0}.gauge i{display:block;height:100%;border-radius:5px;background:var(--good)}
 .gauge.missed i{background:var(--bad)}.gauge b{position:absolute;top:-4px;bottom:-4px;width:2px;background:var(--ink)}
