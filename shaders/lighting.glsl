@@ -126,11 +126,15 @@ vec4 grid_light(vec3 p, vec3 n) {
          weight.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
 
-/// Returns the light from the direction r that a smooth surface with the normal n mirrors at p. Same computation as
-/// mirrored_at() in engine/render/light_scene.cpp.
-vec3 mirrored_light(vec3 p, vec3 n, vec3 r) {
+// Distance from a surface, in grid spacings, at which the light that the surface mirrors is read. Tissue often mirrors
+// tissue close beside it, so the light is read closer to the surface.
+const float kMirrorAtMetal = 0.5, kMirrorAtTissue = 0.2;
+
+/// Returns the light from the direction r that a smooth surface with the normal n mirrors at p. `ahead`: kMirrorAtMetal
+/// or kMirrorAtTissue. Same computation as mirrored_at() in engine/render/light_scene.cpp.
+vec3 mirrored_light(vec3 p, vec3 n, vec3 r, float ahead) {
   vec3 end = frame.light_samples.xyz - 1.0;
-  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.2 * n, vec3(0.0), end) + 0.5;
+  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + ahead * n, vec3(0.0), end) + 0.5;
   // Octahedral map (Engelhardt & Dachsbacher 2008), whose outer nodes lie on the edge of the square.
   vec3 o = r / (abs(r.x) + abs(r.y) + abs(r.z));
   vec2 folded = (1.0 - abs(o.yx)) * vec2(o.x < 0.0 ? -1.0 : 1.0, o.y < 0.0 ? -1.0 : 1.0);

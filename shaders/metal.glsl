@@ -27,7 +27,7 @@ vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rou
   if (kLightGrid) {
     for (int i = -1; i <= 1; ++i) {
       vec3 tilted = normalize(n + 0.9 * float(i) * (wide - thin) * across);
-      around += (i == 0 ? 0.5 : 0.25) * mirrored_light(p, n, reflect(-v, tilted));
+      around += (i == 0 ? 0.5 : 0.25) * mirrored_light(p, n, reflect(-v, tilted), kMirrorAtMetal);
     }
   } else {
     vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));

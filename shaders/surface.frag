@@ -108,7 +108,7 @@ void main() {
   float metal = 0.0;
   if (kLightGrid && holds(kHoldsMetal)) {
     metal = metal_of(look.y);
-    mirrored = mix(mirrored, mirrored_light(in_position, n, reflect(-v, n)), metal);
+    mirrored = mix(mirrored, mirrored_light(in_position, n, reflect(-v, n), kMirrorAtMetal), metal);
   }
   if (kLightPerVertex) {
     // The colour of metal is 0 here, because metal has no diffuse light.

@@ -83,7 +83,7 @@ void main() {
     // Cells without light are empty: soft gum may move out of the cells that had a surface in the first frame.
     known = in_tissue_grid(world) * frame.tissue_look[tissue_1].w * smoothstep(0.0, 0.02, inside.r + inside.g);
     around = grid_light(world, n);
-    mirrored = mirrored_light(world, n, reflect(normalize(world - frame.eye[VIEW].xyz), n));
+    mirrored = mirrored_light(world, n, reflect(normalize(world - frame.eye[VIEW].xyz), n), kMirrorAtTissue);
   }
   if (!kLightPerVertex) {
     out_room = around.rgb;

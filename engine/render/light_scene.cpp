@@ -39,7 +39,6 @@ constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
-constexpr double kMirrorBegin = 0.2;             // the same distance for the light that the surface mirrors
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".rays";
 
@@ -295,7 +294,7 @@ glm::vec3 image_direction(const glm::ivec2& node) {
 glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r) {
   const glm::vec3 end(grid.size - 1);
   const glm::vec3 q =
-      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kMirrorBegin) * n, glm::vec3(0), end);
+      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
   const glm::vec3 d = r / (std::abs(r.x) + std::abs(r.y) + std::abs(r.z));
   glm::vec2 o(d);
   if (d.z < 0) {

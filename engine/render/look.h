@@ -114,7 +114,7 @@ inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.728, 0.683, 0.621});
+  set(Tissue::kEnamel, {0.728, 0.6815, 0.618});
   set(Tissue::kDentin, {0.72, 0.64, 0.50});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.61, 0.25, 0.22});

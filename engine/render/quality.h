@@ -28,7 +28,7 @@ struct Quality {
 
 /// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
-    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 128, true},
+    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 192, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},
     {"low", 1, 1024, 8, 8, true, 1.0, 1.0, 1.5e-3},
     {"fast", 1, 512, 6, 6, true, 0.6, 1.25, 2.5e-3},

@@ -486,23 +486,30 @@ struct TissueLight::Impl {
     return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= static_cast<float>(grid.size.x - 1) &&
            q.y <= static_cast<float>(grid.size.y - 1) && q.z <= static_cast<float>(grid.size.z - 1);
   }
-  /// Returns the element at a point of the surface, in cells, or kNone.
+  /// Returns the element at a point of the surface, in cells, or kNone if no surface is within kSearched, or within the
+  /// edge of a cell.
   std::int32_t element_at(const glm::vec3& q) const {
+    const glm::vec3 p = origin + spacing * q;
+    const float reach = std::max(kSearched, spacing);
+    const auto is_near = [&](std::int32_t other) {
+      if (other < 0) return false;
+      const glm::vec3 apart = elements[static_cast<std::size_t>(other)].p - p;
+      return glm::dot(apart, apart) < reach * reach;
+    };
     const std::int32_t found = element_of[index(cell_nearest(q))];
-    if (found >= 0) return found;
+    if (is_near(found)) return found;
     const glm::ivec3 low = cell_below(q, grid.size - 2);
     for (int k = 0; k < 8; ++k) {
       const std::int32_t other = element_of[index(low + glm::ivec3(k & 1, (k >> 1) & 1, k >> 2))];
-      if (other >= 0) return other;
+      if (is_near(other)) return other;
     }
     // The distances of some cells have the wrong sign, for example beside the border of an open mesh or beside a folded
     // triangle. A ray or a walk that ends at such a cell ends at the nearest surface instead. Without this rule, the
     // program would lose the light of one ray in thirty, and of one walk in seven in the gum.
     std::int32_t best = kNone;
-    const glm::vec3 p = origin + spacing * q;
     const int most = static_cast<int>(std::ceil(kSearched / spacing));
     for (int around = 1; best == kNone && around <= most; ++around) {
-      float least = kSearched * kSearched;
+      float least = reach * reach;
       each_cell(grown({low, low + 1}, around), [&](const glm::ivec3& i) {
         const std::int32_t other = element_of[index(i)];
         if (other < 0) return;

@@ -21,7 +21,7 @@ using render::TissueLight;
 
 // m, edges of a cell, and numbers of random walks, of a usual and of the best quality level
 constexpr double kCell = 0.3e-3, kFineCell = 0.15e-3;
-constexpr int kWalks = 64, kFineWalks = 128;
+constexpr int kWalks = 64, kFineWalks = 192;
 constexpr float kPath = 0.6e-3f;  // m, mean free path of the tissue in the tests
 const std::array<render::Look, render::kMatterCount> kLooks = render::appearances_of(render::default_colors());
 
@@ -137,6 +137,18 @@ TEST(TissueLight, AnOpenMeshThatEndsAtTheBorderOfTheGridIsAsBrightAsAClosedOne) 
     const glm::vec4 middle = mean(light.grid(), 0.1e-3, -1e-3, 1e-3), side = mean(light.grid(), 0.1e-3, 4e-3, 5e-3);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], 1, 0.05f) << c << ", fine " << fine;
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(side[c], 1, 0.1f) << c << ", fine " << fine;
+  }
+}
+
+TEST(TissueLight, ASheetThatEndsInsideTheGridIsAsBrightAsAThickLayer) {
+  // The space below the sheet is connected to the space above it, so its deep part counts as outside.
+  for (const bool fine : {false, true}) {
+    std::vector<LitTriangle> body = box_of({-4e-3f, -4e-3f, -20e-3f}, {4e-3f, 4e-3f, 0.1e-3f}, {0.6f, 0.35f, 0.15f});
+    std::erase_if(body, [](const LitTriangle& t) { return t.normals[0].z < 0.5f; });
+    TissueLight light = scene_of(std::move(body), fine);
+    light.light({}, uniform(glm::vec3(1)));
+    const glm::vec4 middle = mean(light.grid(), 0.1e-3, -1e-3, 1e-3);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], 1, 0.06f) << c << ", fine " << fine;
   }
 }
 
