@@ -131,7 +131,7 @@ vec4 grid_light(vec3 p, vec3 n) {
 const float kMirrorAtMetal = 0.5, kMirrorAtTissue = 0.2;
 
 /// Returns the light from the direction r that a smooth surface with the normal n mirrors at p. `ahead`: kMirrorAtMetal
-/// or kMirrorAtTissue. Same computation as mirrored_at() in engine/render/light_scene.cpp.
+/// or kMirrorAtTissue. mirrored_at() in engine/render/light_scene.cpp computes the same with kMirrorAtMetal.
 vec3 mirrored_light(vec3 p, vec3 n, vec3 r, float ahead) {
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + ahead * n, vec3(0.0), end) + 0.5;

@@ -17,10 +17,15 @@
 
 namespace typodont::render {
 
-/// The film of saliva mirrors the lamp's light into one direction, which often leads out of the mouth. This is the
-/// fraction that meets other bodies. It was chosen so that cheek and skin are as bright as in the pictures of
+/// Returns the light that a surface or its film of saliva mirrors onto other bodies. `film`: fraction of diffuse light
+/// that it mirrors; `lamp`: direct light of the lamp that arrives; `diffuse`: all other light that arrives. The film
+/// mirrors the lamp's light into one direction, which often leads out of the mouth. kLampKept is the fraction of this
+/// light that meets other bodies. It was chosen so that cheek and skin are as bright as in the pictures of
 /// tests/reference.
-inline constexpr float kLampKept = 0.5f;
+inline glm::vec3 mirrored_by_film(float film, const glm::vec3& lamp, const glm::vec3& diffuse) {
+  constexpr float kLampKept = 0.5f;
+  return film * (kLampKept * lamp + diffuse);
+}
 
 /// A triangle that blocks light and reflects it diffusely. Its corners are counter-clockwise as seen from outside. Its
 /// back is black.
@@ -36,7 +41,7 @@ struct LitTriangle {
   /// Returns the light that the triangle reflects to other bodies. `lamp`: direct light of the lamp that arrives;
   /// `diffuse`: all other light that arrives.
   glm::vec3 reflected(const glm::vec3& lamp, const glm::vec3& diffuse) const {
-    return (1 - film) * color * (lamp + diffuse) + film * (kLampKept * lamp + diffuse);
+    return (1 - film) * color * (lamp + diffuse) + mirrored_by_film(film, lamp, diffuse);
   }
 };
 

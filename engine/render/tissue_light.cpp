@@ -491,11 +491,11 @@ struct TissueLight::Impl {
   std::int32_t element_at(const glm::vec3& q) const {
     const glm::vec3 p = origin + spacing * q;
     const float reach = std::max(kSearched, spacing);
-    const auto is_near = [&](std::int32_t other) {
-      if (other < 0) return false;
+    const auto squared_distance = [&](std::int32_t other) {
       const glm::vec3 apart = elements[static_cast<std::size_t>(other)].p - p;
-      return glm::dot(apart, apart) < reach * reach;
+      return glm::dot(apart, apart);
     };
+    const auto is_near = [&](std::int32_t other) { return other >= 0 && squared_distance(other) < reach * reach; };
     const std::int32_t found = element_of[index(cell_nearest(q))];
     if (is_near(found)) return found;
     const glm::ivec3 low = cell_below(q, grid.size - 2);
@@ -513,8 +513,7 @@ struct TissueLight::Impl {
       each_cell(grown({low, low + 1}, around), [&](const glm::ivec3& i) {
         const std::int32_t other = element_of[index(i)];
         if (other < 0) return;
-        const glm::vec3 apart = elements[static_cast<std::size_t>(other)].p - p;
-        if (const float d = glm::dot(apart, apart); d < least) least = d, best = other;
+        if (const float d = squared_distance(other); d < least) least = d, best = other;
       });
     }
     return best;
@@ -659,7 +658,7 @@ struct TissueLight::Impl {
     for (int k = 0; k < kRays; ++k) {
       if (met[k] < 0) continue;
       const Element& other = elements[static_cast<std::size_t>(met[k])];
-      sum += other.film * (other.arrives - (1 - kLampKept) * other.lamp) +
+      sum += mirrored_by_film(other.film, other.lamp, other.arrives - other.lamp) +
              (1 - other.film) * other.color * glm::vec3(other.leaves);
     }
     return sum / float{kRays};

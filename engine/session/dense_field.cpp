@@ -151,7 +151,7 @@ class NearestSeeds {
   /// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. There are eight passes
   /// over all voxels, one for each combination of ascending and descending axes. A voxel takes a neighbour's seed if
   /// this seed is nearer than its own seed. In each pass, the neighbouring rows along x and y are finished before a row
-  /// of voxels begins. So these rows pass their seeds to the whole row at once.
+  /// of voxels begins. So each of them can pass its seeds to all voxels of the row in one step.
   template <bool kRooted>
   void pass_all() {
     const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;

@@ -478,7 +478,8 @@ void prefetch_leaf(const Leaf* leaf) {
 }
 
 /// Calls copy(source) for every leaf, and calls load(source) for the same leaf a few leaves earlier. So the processor
-/// loads the next leaves from memory while it copies a leaf. Without load(), it would wait for memory most of the time.
+/// loads the next leaves from memory while it copies a leaf. Without load(), the processor would wait for the memory
+/// during most of the copying.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
   constexpr std::size_t kAhead = 4;  // leaves; with more of them, the copying is not faster

@@ -333,7 +333,8 @@ TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) 
     return test::read_text(folder / (name + "/left.png"));
   };
   // The light inside tissue is computed in the same way at both levels, but with larger cells at "medium". The light of
-  // each pixel is computed only at "high", where the mouth is omitted, because its light takes 20 s to compute.
+  // each pixel is computed only at "high", where the mouth is omitted, because its light takes more than 20 s to
+  // compute.
   const auto alone = [](std::string scene) {
     const std::string mouth = R"("mouth": "patient")";
     const auto at = scene.find(mouth);

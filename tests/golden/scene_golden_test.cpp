@@ -28,7 +28,7 @@ TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved
   PictureStage::Options options;
   options.validation = true;
   options.hud = false;
-  // The light inside tissue has the cells of the level `medium`, because those of `high` take 20 s of processor time.
+  // The light inside tissue has the cells of the level `medium`, because those of `high` take more than 20 s.
   options.quality.light_cell = kMedium.light_cell;
   options.quality.light_walks = kMedium.light_walks;
   PictureStage stage(rig, scene.servo, options);

@@ -24,8 +24,8 @@ constexpr Nanos kProcessorMeshInterval = 33'000'000;
 // ns; while nothing is drawn, the program checks in this interval whether something has moved
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
-// ns, time between two of the trainee's pictures that the CPU draws for the operator's window. The servo thread, the
-// picture and the window's own drawing share the processors.
+// ns, shortest time between two of the trainee's pictures if the CPU draws them for the operator's window. Then the
+// pictures, the servo thread and the drawing of the window share the processors.
 constexpr Nanos kProcessorInterval = 30'000'000;
 constexpr int kImplantSections = 2;  // number of sections through an implant: along the arch, and across it
 // The section follows the drill only if the drill has rotated or moved farther than this.

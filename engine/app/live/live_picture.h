@@ -142,7 +142,7 @@ class LivePicture {
   glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
-  Nanos drawn_turn_ = 0;  // beginning of the last pass that drew the trainee's picture
+  Nanos drawn_turn_ = 0;  // ns, start of the last call of draw() that drew the trainee's picture
   Nanos revived_;         // ns, time at which the GPU device was last created again
   std::uint64_t frames_ = 0, own_frames_ = 0;
   int turns_since_first_ = 0;

@@ -88,7 +88,7 @@ void ScenePictures::begin(const fs::path& scene) {
   drawn_ = scene;
   job_ = std::make_unique<Job>([scene](Progress& progress) {
     const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMostKept, [&](const fs::path& file) {
-      struct Drawn {  // removes the folder in its destructor, also if the drawing fails
+      struct Drawn {  // the destructor removes the folder, also after an exception
         fs::path folder;
         ~Drawn() {
           std::error_code ignored;

@@ -447,9 +447,9 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   // Meshes the gum or the rubber dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
-                        const auto& kept) {
+                        const auto& trim) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
-      keep_triangles(mesh, box.lo, kept);
+      trim(mesh, box.lo);
       if (plan.dam)
         paint(mesh, render::kRubber);
       else if (phantom)
@@ -464,7 +464,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     if (plan.dam) box.grow(box.hi + plan.crown * 8e-3);
     return box;
   }();
-  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](const dvec3&) { return true; });
+  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](auto&, const dvec3&) {});
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
     // The coarse bricks (mesh blocks) overlap the fine bricks. There, the coarse surface is lowered below the fine
@@ -482,7 +482,9 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
         [&](const dvec3& lo, const dvec3& hi) {
           return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
         },
-        [&](const dvec3& p) { return inside_near(p) < kOverlap; });
+        [&](auto& mesh, const dvec3& lo) {
+          keep_triangles(mesh, lo, [&](const dvec3& p) { return inside_near(p) < kOverlap; });
+        });
   }
   if (shape.clamp) {
     const DamClamp& clamp = *shape.clamp;
