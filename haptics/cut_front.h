@@ -5,6 +5,7 @@
 // next voxel of the head's path. The lists are divided into parts, which are renewed one after the other.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,11 +34,6 @@ class CutFront {
   /// blocks of samples along x, starting at layer i. A larger head has more parts, so that each part is small enough to
   /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
-
-  /// Returns the largest number of parts for which one cut makes lists. The other outdated parts are cut block by
-  /// block, and get their lists in the next cuts. Without this limit, the first cut in new tissue would make all lists,
-  /// and its tick would take five times as long as the median.
-  int most_renewed() const noexcept { return parts() > 4 ? parts() / 4 : 1; }
 
   /// Consecutive groups (8 or 16 samples along z) of a list with equal properties. `kind`: which pieces of the head's
   /// outline can be nearest to the samples. `narrow`: true if only the first kNarrowest samples of each group can
@@ -153,6 +149,25 @@ class CutFront {
   /// The lists of samples are divided into parts. Returns the index of the part that contains the blocks of layer
   /// `layer`; layers are counted from the first layer of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
+  /// A range of layers of blocks, counted from the first layer of the active front. `last` belongs to the range.
+  struct Layers {
+    int first, last;
+    int count() const noexcept { return last - first + 1; }
+  };
+  /// Returns the layers in which a sweep can change samples. `lo_x`, `hi_x`: box of the sweep along x, voxels.
+  Layers layers(int lo_x, int hi_x) const noexcept {
+    const int origin = first_.x * kRows;
+    return {(lo_x - 1 - origin) / kRows, (hi_x + 1 - origin) / kRows};
+  }
+  /// Returns true if the part contains one of the layers.
+  bool contains(int part, const Layers& these) const noexcept {
+    return ((part - part_of(these.first)) & (parts() - 1)) < these.count();
+  }
+  /// Returns the largest number of lists that one cut makes for the parts with these layers. Other outdated parts are
+  /// cut block by block, and get their lists in the next cuts. Without this limit, the first cut in new tissue would
+  /// make all lists, and its tick would take five times as long as the median. A slender head reaches fewer layers than
+  /// the front has parts. The lists of the other parts are empty, and do not count.
+  int most_renewed(const Layers& these) const noexcept { return std::max(std::min(these.count(), parts()) / 8, 1); }
   /// Sets the patch (copy of the tissue) to which the lists of samples refer. `holds`: true if the new patch contains
   /// all samples of the existing lists, which then stay valid. `n`: edge length of the patch in samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;

@@ -546,6 +546,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   // different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
+  const int most_renewed = front.most_renewed(front.layers(lo_.x, hi_.x));
   int anew = 0;
   bool changed = false;
   for (int part = 0; part < front.parts(); ++part) {
@@ -566,7 +567,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
       changed |= carve_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }
-    const double lasts = anew < front.most_renewed() ? ahead * ++anew : 0;
+    const double lasts = anew < most_renewed ? ahead * ++anew : 0;
     b.part = part;
     b.ahead = static_cast<float>(lasts);
     b.found = groups.found.data();

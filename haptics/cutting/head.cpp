@@ -623,7 +623,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   const Straight& back = tops.back;
   const unsigned all = (1u << back.count) - 1;
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
-  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
+  // Path length of the head at the end of the sweep (pose B) and at its start (pose A). Blocks that are not due yet are
+  // skipped, also at pose A.
+  const float way = static_cast<float>(front.way_), way_A = static_cast<float>(front.way_ - travel_);
+  const float slip = rounding_of_depth();
   const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
@@ -638,7 +641,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
         for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // processes one interval of the row after another
           int lanes = 0, which[8];
           for (int z = z0; z <= std::min(last.z, z0 + 7); ++z) {
-            if (row[z] >= way + ahead) continue;
+            if (row[z] >= (k == 0 ? way_A : way + ahead)) continue;
             which[lanes++] = z;
             pass.add((front.first_ + glm::ivec3(x, y, z)) * step);
           }
@@ -712,7 +715,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 /// stage cuts the rows.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
-  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
+  // Path length of the head at the end of the sweep (pose B) and at its start (pose A). Blocks that are not due yet are
+  // skipped, also at pose A.
+  const float way = static_cast<float>(front.way_), way_A = static_cast<float>(front.way_ - travel_);
+  const float slip = rounding_of_depth();
   const glm::ivec3 step(kRows, kRows, kDeep);
   const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
   bool changed = false;
@@ -734,7 +740,7 @@ bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
       for (int y = first.y; y <= last.y; ++y) {
         float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
         for (int z = first.z; z <= last.z; ++z) {
-          if (row[z] >= way) continue;
+          if (row[z] >= (k == 0 ? way_A : way)) continue;
           if (batches[newest].add((front.first_ + glm::ivec3(x, y, z)) * step, row + z)) advance();
         }
       }
@@ -777,7 +783,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   // at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
-  int anew = 0;
+  const CutFront::Layers layers = front.layers(lo_.x, hi_.x);
+  const int most_renewed = front.most_renewed(layers);
+  int anew = 0, empty = 0;
   bool changed = false;
   unsigned unlisted = 0;  // set of the parts of the active front for which no lists are made; one bit for each part
   for (int part = 0; part < front.parts(); ++part) {
@@ -790,11 +798,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     }
     groups.until = -1;
     groups.count = 0;
-    if (!(ahead > 0) || anew == front.most_renewed()) {
+    const bool reached = front.contains(part, layers);
+    if (!(ahead > 0) || (reached && anew == most_renewed)) {
       unlisted |= 1u << part;
       continue;
     }
-    const double lasts = ahead * ++anew;
+    const double lasts = ahead * ++(reached ? anew : empty);
     int listed = 0;
     changed |= carve_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
     if (listed <= groups.room()) {

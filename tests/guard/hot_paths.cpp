@@ -92,6 +92,17 @@ void drilling(const char* path, HeadShape shape, double diameter, double length)
   for (int i = 100; i < 200; ++i) bench.tick(hand(i), 1);
 }
 
+/// A flat end that touches a flat surface: almost every sample under it can change at once, and no list of samples
+/// exists yet. These ticks are the slowest of a session after its first tick.
+void first_contact() {
+  constexpr double kLength = 4e-3;
+  HapticBench bench(kBlock, settings_of(HeadShape::kCylinder, 1e-3, kLength));
+  const auto hand = [&](double height) { return Pose{{0, 0, kLength / 2 + height}}; };
+  for (int i = 0; i < 10; ++i) bench.tick(hand(2e-5 - 2e-6 * i), 1);
+  Counted counted("first contact, cylinder 1 x 4 mm", 4);
+  for (int i = 0; i < 4; ++i) bench.tick(hand(-2e-5 - 1e-5 * i), 1);
+}
+
 /// A condenser moves around in the amalgam that it puts down, until the amalgam has reached its largest extent.
 void filling() {
   constexpr std::string_view kCavity = R"({"voxel_mm": 0.05, "solids": [{"tissue": "dentin", "solid": {"difference": [
@@ -178,6 +189,7 @@ int main() {
   drilling("drilling, round 0.6 mm", HeadShape::kSphere, 0.6e-3, 0.6e-3);
   drilling("drilling, round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3);
   drilling("drilling, flame 0.8 x 1.5 mm", HeadShape::kFlame, 0.8e-3, 1.5e-3);
+  first_contact();
   filling();
   meshing();
   sound();
