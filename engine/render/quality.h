@@ -9,7 +9,7 @@ namespace typodont::render {
 struct Quality {
   std::string_view name = "high";
   int samples = 4;        // number of samples per pixel
-  int shadow_map = 2048;  // texels, width and height of the shadow map; 0: no shadow, no ambient occlusion
+  int shadow_map = 2048;  // texels, width and height of the shadow map; 0: no shadow, no occlusion, no handpiece
   int shadow_taps = 16;
   int occlusion_taps = 16;
   bool light_per_vertex = false;  // true: shadow and occlusion are computed per vertex instead of per pixel
@@ -17,7 +17,6 @@ struct Quality {
   // largest distance of the triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, length of a triangle's side on a handpiece
-  bool handpiece_shadow = false;   // true: the handpiece casts a shadow on tissue
   // The light inside tissue (tissue_light.h) is computed once, with the level that is chosen at the first frame.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // random walks from each cell
@@ -28,8 +27,8 @@ struct Quality {
 
 /// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
-    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true, 0.15e-3, 192, true},
-    {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},
+    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, 0.15e-3, 192, true},
+    {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3},
     {"low", 1, 1024, 8, 8, true, 1.0, 1.0, 1.5e-3},
     {"fast", 1, 512, 6, 6, true, 0.6, 1.25, 2.5e-3},
     {"fastest", 1, 512, 4, 4, true, 0.4, 1.25, 3e-3},

@@ -181,7 +181,7 @@ struct Renderer::Impl {
   SurfaceEffects effects(const Frame& frame) const {
     // A section and the X-ray view show the inside of bodies, where the grid has no light.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
-    return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.mesh.index_count > 0,
+    return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
             .film = film.on(),
             .light_grid = light_grid.size.x > 0 && !shows_inside};

@@ -110,7 +110,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   if (frame.tool.visible && tool.mesh.index_count) {
     data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
     data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
-    if (handpiece.mesh.index_count && quality.handpiece_shadow) {
+    if (handpiece.mesh.index_count) {
       const Pose X_WH = frame.tool.X_WG * frame.tool.X_GH;
       int i = 0;
       for (const RoundCone& cone : {handpiece.head, handpiece.body}) {
