@@ -76,6 +76,13 @@ void CutFront::Groups::sort(int listed) noexcept {
   count = listed;
 }
 
+void CutFront::Groups::renew(int listed, double way, double valid_for) noexcept {
+  if (listed > room()) return;
+  sort(listed);
+  until = way + valid_for;
+  lasts = valid_for;
+}
+
 bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
   return glm::all(glm::lessThan(blocks(hi, kRows, kDeep) - blocks(lo, kRows, kDeep), size_));
 }
@@ -163,6 +170,22 @@ int CutFront::renewed_early(double way) const noexcept {
     if (ticks_left[n] < static_cast<double>(n)) return static_cast<int>(part);
   }
   return -1;
+}
+
+CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double travel, double listed) noexcept
+    : front_(front),
+      first_part_(front.part_of(reached.first.x)),
+      layers_(reached.last.x - reached.first.x + 1),
+      // Lists that are made in one cut are valid for different path lengths, so that they expire in different cuts. A
+      // fast head covers such a path in one cut, so no list is made for it.
+      ahead_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
+      early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}
+
+double CutFront::Renewal::lasts(int part) noexcept {
+  const int parts = front_.parts(), most = std::max(std::min(layers_, parts) / 8, 1);
+  const bool reached = ((part - first_part_) & (parts - 1)) < layers_;
+  if (!reached) return ahead_ * ++empty_;
+  return made_ < most ? ahead_ * ++made_ : 0;
 }
 
 }  // namespace typodont::haptics

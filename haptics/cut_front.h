@@ -5,7 +5,6 @@
 // next voxel of the head's path. The lists are divided into parts, which are renewed one after the other.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -123,6 +122,9 @@ class CutFront {
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
+    /// Makes a list of the `listed` groups in `found`. The list is valid from the path length `way` on, for `valid_for`
+    /// (voxels). If `found` was too small for all groups, the part stays without a list.
+    void renew(int listed, double way, double valid_for) noexcept;
     /// Returns the stage that the head has reached at the path length `way` (voxels). A stage is an eighth of the path
     /// length for which the list is valid.
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
@@ -149,25 +151,43 @@ class CutFront {
   /// The lists of samples are divided into parts. Returns the index of the part that contains the blocks of layer
   /// `layer`; layers are counted from the first layer of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// A range of layers of blocks, counted from the first layer of the active front. `last` belongs to the range.
-  struct Layers {
-    int first, last;
-    int count() const noexcept { return last - first + 1; }
+  /// The blocks of samples from `first` to `last` (inclusive), counted from the first block of the active front.
+  struct Blocks {
+    glm::ivec3 first, last;
   };
-  /// Returns the layers in which a sweep can change samples. `lo_x`, `hi_x`: box of the sweep along x, voxels.
-  Layers layers(int lo_x, int hi_x) const noexcept {
-    const int origin = first_.x * kRows;
-    return {(lo_x - 1 - origin) / kRows, (hi_x + 1 - origin) / kRows};
+  /// Returns the blocks in which a cut, or the next voxel of the head's path after it, can change samples. `lo`, `hi`:
+  /// box of the cut's sweep, voxels.
+  Blocks reached(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
+    const glm::ivec3 step(kRows, kRows, kDeep), origin = first_ * step;
+    return {(lo - 1 - origin) / step, (hi + 1 - origin) / step};
   }
-  /// Returns true if the part contains one of the layers.
-  bool contains(int part, const Layers& these) const noexcept {
-    return ((part - part_of(these.first)) & (parts() - 1)) < these.count();
-  }
-  /// Returns the largest number of lists that one cut makes for the parts with these layers. Other outdated parts are
-  /// cut block by block, and get their lists in the next cuts. Without this limit, the first cut in new tissue would
-  /// make all lists, and its tick would take five times as long as the median. A slender head reaches fewer layers than
-  /// the front has parts. The lists of the other parts are empty, and do not count.
-  int most_renewed(const Layers& these) const noexcept { return std::max(std::min(these.count(), parts()) / 8, 1); }
+  /// Returns the path length of the head at the start of a cut, in voxels. `travel`: path length of the cut.
+  float way_before(double travel) const noexcept { return static_cast<float>(way_ - travel); }
+  /// Decides which parts get new lists in one cut, and for which path length these lists are valid. A cut makes at most
+  /// one list for every eight parts that the head reaches, but at least one. Without this limit, the first cut in new
+  /// tissue would make all lists, and its tick would take five times as long as the median. The other outdated parts
+  /// are cut without a list, and get their lists in the next cuts. A head can reach fewer layers of blocks than the
+  /// front has parts, because the front is large enough for every tool and every direction. The lists of the parts that
+  /// it does not reach are empty, and are not counted.
+  class Renewal {
+   public:
+    /// `travel`: voxels, path length of the head in this cut; `listed`: kListedOfBall or kListedOfHead.
+    Renewal(const CutFront& front, const Blocks& reached, double travel, double listed) noexcept;
+    /// Returns true if this cut uses the present list of the part.
+    bool keeps(int part) const noexcept {
+      return front_.way_ <= front_.parts_[static_cast<std::size_t>(part)].until && part != early_;
+    }
+    /// Call this function once for each part whose list is not kept. Returns the path length in voxels for which the
+    /// new list of the part is valid; 0: the part gets no list in this cut.
+    double lasts(int part) noexcept;
+
+   private:
+    const CutFront& front_;
+    int first_part_, layers_;  // part of the first layer that the head reaches; number of these layers
+    double ahead_;             // voxels; the lists of one cut are valid for one, two, ... times this path length
+    int early_;                // part that gets a new list although its list is still valid; -1: none
+    int made_ = 0, empty_ = 0;
+  };
   /// Sets the patch (copy of the tissue) to which the lists of samples refer. `holds`: true if the new patch contains
   /// all samples of the existing lists, which then stay valid. `n`: edge length of the patch in samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;

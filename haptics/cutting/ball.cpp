@@ -541,17 +541,11 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head covers this path
-  // in one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
-  // different lifetimes, so that they expire at different times.
-  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
-  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
-  const int most_renewed = front.most_renewed(front.layers(lo_.x, hi_.x));
-  int anew = 0;
+  CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfBall);
   bool changed = false;
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until && part != early) {
+    if (renewal.keeps(part)) {
       b.f.groups = groups.listed();
       b.f.wide.count = b.f.narrow.count = 0;
       const int stage = groups.stage(front.way_);
@@ -567,18 +561,14 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
       changed |= carve_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }
-    const double lasts = anew < most_renewed ? ahead * ++anew : 0;
+    const double lasts = renewal.lasts(part);
     b.part = part;
     b.ahead = static_cast<float>(lasts);
     b.found = groups.found.data();
     changed |= capsule ? carve_due_capsule(&b, removed) : carve_due_ball(&b, removed);
     groups.until = -1;
     groups.count = 0;
-    if (lasts > 0 && b.listed <= b.room) {
-      groups.sort(b.listed);
-      groups.until = front.way_ + lasts;
-      groups.lasts = lasts;
-    }
+    if (lasts > 0) groups.renew(b.listed, front.way_, lasts);
   }
   return changed;
 }

@@ -623,17 +623,15 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   const Straight& back = tops.back;
   const unsigned all = (1u << back.count) - 1;
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
-  // Path length of the head at the end of the sweep (pose B) and at its start (pose A). Blocks that are not due yet are
-  // skipped, also at pose A.
-  const float way = static_cast<float>(front.way_), way_A = static_cast<float>(front.way_ - travel_);
-  const float slip = rounding_of_depth();
+  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
   const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
+  const auto [first, last] = front.reached(lo_, hi_);
   bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
     const Straight way_here = k == 0 ? straight_way(X_VA_, X_VA_, back.pieces, back.count, reach_) : back;
     HeadPass pass(way_here, k > 0, reach_, ahead + slip);
+    const float due_by = k == 0 ? front.way_before(travel_) : way + ahead;  // blocks that are due later are skipped
     for (int x = first.x; x <= last.x; ++x) {
       if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
@@ -641,7 +639,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
         for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // processes one interval of the row after another
           int lanes = 0, which[8];
           for (int z = z0; z <= std::min(last.z, z0 + 7); ++z) {
-            if (row[z] >= (k == 0 ? way_A : way + ahead)) continue;
+            if (row[z] >= due_by) continue;
             which[lanes++] = z;
             pass.add((front.first_ + glm::ivec3(x, y, z)) * step);
           }
@@ -715,17 +713,15 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 /// stage cuts the rows.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
-  // Path length of the head at the end of the sweep (pose B) and at its start (pose A). Blocks that are not due yet are
-  // skipped, also at pose A.
-  const float way = static_cast<float>(front.way_), way_A = static_cast<float>(front.way_ - travel_);
-  const float slip = rounding_of_depth();
+  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
   const glm::ivec3 step(kRows, kRows, kDeep);
-  const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
+  const auto [first, last] = front.reached(lo_, hi_);
   bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
     const Straight way_here =
         k == 0 ? straight_way(X_VA_, X_VA_, tops.back.pieces, tops.back.count, reach_) : tops.back;
     const HeadPass none(way_here, k > 0, reach_, slip);
+    const float due_by = k == 0 ? front.way_before(travel_) : way;  // blocks that are due later are skipped
     HeadBatch batches[3] = {HeadBatch(none), HeadBatch(none), HeadBatch(none)};
     int newest = 0;
     const auto advance = [&] {
@@ -740,7 +736,7 @@ bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
       for (int y = first.y; y <= last.y; ++y) {
         float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
         for (int z = first.z; z <= last.z; ++z) {
-          if (row[z] >= (k == 0 ? way_A : way)) continue;
+          if (row[z] >= due_by) continue;
           if (batches[newest].add((front.first_ + glm::ivec3(x, y, z)) * step, row + z)) advance();
         }
       }
@@ -769,8 +765,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .runs = nullptr,
               .run_count = 0,
               .tops = &tops};
-  const int outdated = front.outdated();
-  if (outdated < front.parts()) {
+  if (front.outdated() < front.parts()) {
     // The tables with terms that depend only on z must extend beyond the sweep's box: groups of samples extend to the
     // ends of their blocks of samples, and the lists were made when the head was up to one voxel away. For a motion
     // along the axis, the box contains only the head's end, and lists from before this motion extend beyond it.
@@ -779,18 +774,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
-  // If the lists of several parts of the front are made in one tick, they get different lifetimes, so that they expire
-  // at different times.
-  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
-  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
-  const CutFront::Layers layers = front.layers(lo_.x, hi_.x);
-  const int most_renewed = front.most_renewed(layers);
-  int anew = 0, empty = 0;
+  CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfHead);
   bool changed = false;
   unsigned unlisted = 0;  // set of the parts of the active front for which no lists are made; one bit for each part
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until && part != early) {
+    if (renewal.keeps(part)) {
       f.groups = groups.listed();
       f.runs = groups.runs.data(), f.run_count = groups.run_count;
       changed |= carve_listed_head(f, front.lanes_, removed);
@@ -798,19 +787,14 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     }
     groups.until = -1;
     groups.count = 0;
-    const bool reached = front.contains(part, layers);
-    if (!(ahead > 0) || (reached && anew == most_renewed)) {
+    const double lasts = renewal.lasts(part);
+    if (!(lasts > 0)) {
       unlisted |= 1u << part;
       continue;
     }
-    const double lasts = ahead * ++(reached ? anew : empty);
     int listed = 0;
     changed |= carve_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
-    if (listed <= groups.room()) {
-      groups.sort(listed);
-      groups.until = front.way_ + lasts;
-      groups.lasts = lasts;
-    }
+    groups.renew(listed, front.way_, lasts);
   }
   if (unlisted != 0) {
     changed |= carve_due_blocks(front, unlisted, tops, {patch_lo, glm::ivec3(n), distance, n * n, n, tissue});

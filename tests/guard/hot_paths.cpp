@@ -92,8 +92,8 @@ void drilling(const char* path, HeadShape shape, double diameter, double length)
   for (int i = 100; i < 200; ++i) bench.tick(hand(i), 1);
 }
 
-/// A flat end that touches a flat surface: almost every sample under it can change at once, and no list of samples
-/// exists yet. These ticks are the slowest of a session after its first tick.
+/// A flat end touches a flat surface. Almost every sample under the end can change in the first cut, and the servo has
+/// no list of samples yet, so these ticks take much longer than the later ones.
 void first_contact() {
   constexpr double kLength = 4e-3;
   HapticBench bench(kBlock, settings_of(HeadShape::kCylinder, 1e-3, kLength));
