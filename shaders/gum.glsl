@@ -50,7 +50,8 @@ float fibres(vec3 p, vec3 n) {
 
 /// Changes the colour, the normal of the surface and the normal of the wet film. The texture of gum has a mean factor
 /// of 1, so that pictures without textures (light per vertex) have the same mean colour. tests/reference/draw.py has
-/// copies of the coarse colour textures. `p`: m, position in the mesh's frame; `mobile`: fraction of mucosa in the gum, 0..1.
+/// copies of the coarse colour textures. `p`: m, position in the mesh's frame; `mobile`: fraction of mucosa in the gum,
+/// 0..1.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
   vec3 smooth_normal = n;
   if (matter == kGingiva) {

@@ -33,10 +33,9 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 std::string realtime_refusal();
 
 /// Lets the allocator keep up to 256 MiB of freed memory for the next allocations, except arrays of 32 MiB or more,
-/// which are returned to the system at once. By default, the allocator also returns smaller
-/// arrays, and the system must clear each page of memory before the program can use it again. Call this function before
-/// other threads start. A library must not
-/// call it, because it affects the whole process.
+/// which are returned to the system at once. By default, the allocator also returns smaller arrays, and the system must
+/// clear each page of memory before the program can use it again. Call this function before other threads start. A
+/// library must not call it, because it affects the whole process.
 void keep_freed_memory() noexcept;
 
 /// Makes the processor treat denormals as zero in the calling thread. Otherwise a decaying filter would become slow

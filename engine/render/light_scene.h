@@ -17,11 +17,11 @@
 
 namespace typodont::render {
 
-/// Returns the light that a surface or its film of saliva mirrors onto other bodies. `film`: fraction of diffuse light
-/// that it mirrors; `lamp`: direct light of the lamp that arrives; `diffuse`: all other light that arrives. The film
-/// mirrors the lamp's light into one direction, which often leads out of the mouth. kLampKept is the fraction of this
-/// light that meets other bodies. It was chosen so that cheek and skin are as bright as in the pictures of
-/// tests/reference.
+/// Returns the light that a smooth surface, or the film of saliva on it, mirrors onto other bodies. `film`: fraction of
+/// diffuse light that the surface mirrors; `lamp`: light that arrives directly from the lamp; `diffuse`: all other
+/// light that arrives. The surface mirrors the lamp's light into a single direction, which often leads out of the
+/// mouth. kLampKept is the fraction of the mirrored light of the lamp that reaches other bodies. We chose its value by
+/// comparison with the reference pictures (tests/reference): with this value, cheek and skin have the same brightness.
 inline glm::vec3 mirrored_by_film(float film, const glm::vec3& lamp, const glm::vec3& diffuse) {
   constexpr float kLampKept = 0.5f;
   return film * (kLampKept * lamp + diffuse);

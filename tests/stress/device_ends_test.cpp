@@ -245,6 +245,41 @@ std::unique_ptr<HapticDevice> open_arm(int line, const Arm& arm, bool kept) {
   return make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:emulated", arm.name, ""});
 }
 
+/// While it exists, the calling thread has real-time priority, because the firmware of a board is never late. Child
+/// processes that end meanwhile stay zombies until it is destroyed, and are removed at ordinary priority. The kernel
+/// does not sleep while it removes a process that another program looks up in /proc, so with real-time priority the
+/// other program may never get the processor.
+class FirmwarePriority {
+ public:
+  FirmwarePriority() { enter_realtime({.priority = 82, .core = -1, .lock_memory = false}); }
+  ~FirmwarePriority() {
+    const sched_param ordinary{};
+    ::sched_setscheduler(0, SCHED_OTHER, &ordinary);
+    for (const pid_t child : ended_) ::waitpid(child, nullptr, 0);
+  }
+  FirmwarePriority(const FirmwarePriority&) = delete;
+  FirmwarePriority& operator=(const FirmwarePriority&) = delete;
+
+  /// Returns true if the child process has ended, and writes how it ended to `how`. Call it at most once after the end.
+  bool has_ended(pid_t child, siginfo_t& how) { return look(child, how, WNOHANG); }
+  void kill(pid_t child) {
+    siginfo_t how;
+    ::kill(child, SIGKILL);
+    look(child, how, 0);
+  }
+
+ private:
+  bool look(pid_t child, siginfo_t& how, int options) {
+    how = {};
+    ::waitid(P_PID, static_cast<id_t>(child), &how, WEXITED | WNOWAIT | options);
+    if (how.si_pid != child) return false;
+    ended_.push_back(child);
+    return true;
+  }
+
+  std::vector<pid_t> ended_;
+};
+
 /// An arm's board at the other end of a connection, and the process that presses with this arm.
 struct Victim {
   Descriptor board, line;  // the line is kept open here, so that the connection does not end with the process
@@ -259,7 +294,11 @@ struct Victim {
   Nanos kill_at = 0, zero = 0;            // zero: since when there is no force
   bool forced = false;                    // there was a force
   bool gone = false;
+  siginfo_t how{};  // how the process ended, once it is gone
 
+  /// Returns true if the process lost its arm before its end began, because the machine stalled. Such a process does
+  /// not count, but its force must be zero all the same.
+  bool lost_its_arm() const { return how.si_code == CLD_EXITED && (how.si_status == 97 || how.si_status == 98); }
   void hear() {
     char buffer[4096];
     for (;;) {
@@ -315,7 +354,7 @@ class Ends : public testing::Test {
   /// call.
   template <class Watch>
   void campaign(std::vector<Way> ends, Watch watch) {
-    enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
+    FirmwarePriority firmware;
     std::reverse(ends.begin(), ends.end());
     const std::size_t most_again = ends.size() / 5 + 2;
     std::size_t again = 0, alive = 0;
@@ -334,7 +373,7 @@ class Ends : public testing::Test {
       ::ppoll(waiting.data(), waiting.size(), &pause, nullptr);
       for (Victim& v : victims) {
         if (v.pid < 0) continue;
-        if (!v.gone) v.gone = ::waitpid(v.pid, &status, WNOHANG) == v.pid;
+        if (!v.gone) v.gone = firmware.has_ended(v.pid, v.how);
         v.hear();  // after it was seen to be gone: all that it said is heard
         v.answer();
         const Outcome outcome = watch(v);
@@ -343,6 +382,7 @@ class Ends : public testing::Test {
           ends.push_back(v.way);
           ASSERT_LE(++again, most_again) << "too many lose their arm before their time";
         }
+        if (!v.gone) firmware.kill(v.pid);
         v.pid = -1;
         --alive;
       }
@@ -351,9 +391,6 @@ class Ends : public testing::Test {
       if (v.ends_at) ::munmap(v.ends_at, sizeof(std::atomic<Nanos>));
     }
   }
-  /// Returns true if the process lost its arm before its end began, because the machine stalled. Such a process does
-  /// not count, but its force must be zero all the same.
-  bool lost_its_arm() const { return WIFEXITED(status) && (WEXITSTATUS(status) == 97 || WEXITSTATUS(status) == 98); }
 
   struct Took {
     Nanos from, to;
@@ -382,7 +419,6 @@ class Ends : public testing::Test {
   const Witness witness;
   const Arm arm = read_arm("assets/devices/woody.json");
   std::mt19937 random{1};
-  int status = 0;
 };
 
 TEST_F(Ends, AfterAKillTheWatchdogSendsZeroWithinTwentyMilliseconds) {
@@ -390,7 +426,7 @@ TEST_F(Ends, AfterAKillTheWatchdogSendsZeroWithinTwentyMilliseconds) {
   campaign(std::vector<Way>(kTimes, kKilled), [&](Victim& v) {
     if (*v.ends_at == 0) {
       if (v.gone) {
-        EXPECT_TRUE(lost_its_arm() && v.current == 0);
+        EXPECT_TRUE(v.lost_its_arm() && v.current == 0);
         return Outcome::kAgain;
       }
       if (v.current <= 0) return Outcome::kNotYet;
@@ -422,12 +458,11 @@ TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
     if (!v.gone || waits_for_its_watchdog) {
       if (v.begun + 60 * kNanosPerSecond > now()) return Outcome::kNotYet;
       ADD_FAILURE() << v.way.name << (v.gone ? " left a force" : " did not end it");
-      if (!v.gone) ::kill(v.pid, SIGKILL), ::waitpid(v.pid, &status, 0);
       return Outcome::kDone;
     }
     EXPECT_EQ(v.current, 0) << v.way.name << " left a force";
     if (!ending) {
-      EXPECT_TRUE(lost_its_arm()) << v.way.name;
+      EXPECT_TRUE(v.lost_its_arm()) << v.way.name;
       return Outcome::kAgain;
     }
     EXPECT_TRUE(v.forced) << v.way.name;
@@ -445,7 +480,7 @@ TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
 
 /// A minimal version of Haply's service: it answers every force with a state, and keeps the last force.
 TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
-  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // other programs do not delay the service
+  FirmwarePriority service_priority;  // other programs do not delay the service
   const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -492,8 +527,7 @@ TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
     ::kill(child, i % 2 == 0 ? SIGKILL : SIGSTOP);
     while (now() < give_up && connected && pressed()) serve();
     EXPECT_FALSE(pressed()) << i;  // by a force of zero, not by a connection that broke
-    ::kill(child, SIGKILL);
-    ::waitpid(child, nullptr, 0);
+    service_priority.kill(child);
     while (now() < give_up && connected) serve();
     EXPECT_EQ(service.force, dvec3(0)) << i;
   }
