@@ -72,14 +72,17 @@ int shank_type(const std::string& iso_code) {
 }  // namespace
 
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle) {
-  if (!tool.handpiece.empty()) return tool.handpiece == "none" ? "" : tool.handpiece;
+  const auto named = [](const std::string& name, const char* otherwise) {
+    return name.empty() ? std::string(otherwise) : name == "none" ? std::string() : name;
+  };
+  if (!tool.handpiece.empty()) return named(tool.handpiece, "");
   if (tool.diameter > kWidestHead) return "";
   if (tool.implant && tool.implant->kind == haptics::ImplantToolKind::kGauge) return "gauge";
   if (tool.implant && tool.implant->by_hand) return "ratchet";
   if (!tool.turns() && !tool.implant) return "handle";
-  if (const int shank = shank_type(tool.iso_code); shank >= 100 && shank < 300)
-    return shank < 200 ? "straight" : spindle.handpiece.empty() ? "contra_angle" : spindle.handpiece;
-  return spindle.handpiece.empty() ? "turbine" : spindle.handpiece == "none" ? "" : spindle.handpiece;
+  const int shank = shank_type(tool.iso_code);
+  if (shank >= 100 && shank < 200) return "straight";
+  return named(spindle.handpiece, shank >= 200 && shank < 300 ? "contra_angle" : "turbine");
 }
 
 Handpiece read_handpiece(const Json& json) {

@@ -17,7 +17,7 @@ namespace typodont {
 /// motor's key "handpiece"; (8) for a shank 2xx, a contra-angle; (9) "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
-/// Reads a handpiece from JSON (docs/interface.md describes the keys). Throws Error.
+/// Reads a handpiece from JSON (docs/scene_format.md describes the keys). Throws Error.
 Handpiece read_handpiece(const Json& json);
 /// Loads the file of assets/handpieces/ with this name. Throws Error that lists the available names.
 Handpiece load_handpiece(const std::string& name);

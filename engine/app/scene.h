@@ -64,8 +64,8 @@ struct Scene {
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-/// Reads a scene (docs/interface.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something in
-/// the file is missing, unknown or out of range.
+/// Reads a scene (docs/scene_format.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something
+/// in the file is missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& scene);
 /// Reads a scene from JSON. Relative paths in it start at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);

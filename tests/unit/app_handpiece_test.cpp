@@ -120,6 +120,10 @@ TEST(Handpieces, TheHandpieceFollowsFromTheToolAndItsMotor) {
   const auto ratchet =
       load_set_tool(assets_folder() / "implants/bone_level", Json::parse(R"("implant_48_12_ratchet")", "test"));
   EXPECT_EQ(handpiece_name(ratchet, load_spindle("implant")), "ratchet");
+  haptics::Spindle bare = load_spindle("air_turbine");
+  bare.handpiece = "none";
+  EXPECT_EQ(handpiece_name(load_tool("round_012"), bare), "");
+  EXPECT_EQ(handpiece_name(load_tool("implant_drill_028"), bare), "") << "a shank for contra-angles";
 }
 
 TEST(Handpieces, TheBodyTurnsSteadilyWithTheAxisOfAHandThatGivesOnlyTheAxis) {

@@ -21,7 +21,7 @@ haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& nam
 /// common.
 std::filesystem::path implant_exercise_file();
 
-/// Reads the block {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md).
+/// Reads the block {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/scene_format.md).
 /// `tissue`: JSON of the scene's tissue; a tissue of kind "bone" contains the nerve canal. `tools`: the session's
 /// tools. Throws Error, also if the tool of a phase is not among the tools.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,

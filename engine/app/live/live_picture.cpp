@@ -192,7 +192,7 @@ void LivePicture::show_next_view(const ServoTick& tick) {
 
 /// Returns a section plane, along the arch or across it. The plane contains the drill's axis if the drill is in its bed
 /// (drilled hole), otherwise the axis of the planned implant. (x points along the arch and y to the tongue;
-/// docs/interface.md, "bone".)
+/// docs/scene_format.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;

@@ -18,7 +18,7 @@ namespace typodont {
 
 using glm::dvec2;
 
-/// A procedure file. It describes the implant and the phases of its placement (docs/interface.md).
+/// A procedure file. It describes the implant and the phases of its placement (docs/scene_format.md).
 struct ImplantProcedure {
   std::string path;   // path of the file as a scene states it, for example "implants/procedures/bone_level_48_12.json"
   std::string name;   // name that users see, for example "bone level 4.8 x 12 mm"

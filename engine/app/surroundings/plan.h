@@ -50,7 +50,7 @@ struct SurroundingsPlan {
   std::optional<haptics::SoftLaw> soft;
 };
 
-/// Reads the block "surroundings" of a scene (docs/interface.md). `volume`: the scene's volume, which is used if the
+/// Reads the block "surroundings" of a scene (docs/scene_format.md). `volume`: the scene's volume, which is used if the
 /// block states no other volume. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 

@@ -54,7 +54,7 @@ NerveCanal read_nerve_canal(const Json& tissue);
 /// Reads a canal with the keys {"path_mm", "diameter_mm"}. Throws Error.
 NerveCanal read_canal(const Json& json);
 
-/// Samples the tissue {"bone": {…}} of a scene (docs/interface.md). Throws Error.
+/// Samples the tissue {"bone": {…}} of a scene (docs/scene_format.md). Throws Error.
 haptics::DenseTissue sample_bone(const Json& bone, const haptics::SolidFiles& files);
 /// Checks the tissue {"bone": {…}} of a scene without sampling it. Throws Error.
 void check_bone(const Json& bone);
