@@ -32,8 +32,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     // part of the change above both limits must wait for later ticks.
     return std::min(over, beyond);
   }
-  // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
-  // a drill that perforates the bone: its force is limited as in older versions of the force laws.
+  // The hand advances. The force of a tool in an implant bed falls when a drill perforates the bone. Only lag_limit of
+  // this change waits, so that the hand feels the breakthrough at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;

@@ -64,9 +64,9 @@ bool passes_sheet(const dvec3& from, const dvec3& to) {
   return std::max(std::abs(at.x), std::abs(at.y)) < kSheetHalf;
 }
 
-/// haptics/README.md, "What it does not keep": the energy controller cannot foresee a hand that turns round more
-/// abruptly than it moved before. This factor is the smallest ratio of the velocity change in the tick of the loss to
-/// the largest velocity change before.
+/// The passivity controller cannot foresee a hand that changes its velocity more than in any tick before
+/// (docs/passivity.md, "Limits"). This factor is the smallest ratio of the velocity change in the tick in which the
+/// hand receives energy to the largest velocity change before.
 constexpr double kMoreAbruptly = 1.2;
 // J. A hand gets at most this energy, and at most its force times the displacement that was not foreseen.
 constexpr double kUnforeseen = -5e-6;

@@ -141,9 +141,8 @@ constexpr BenchPart kParts[] = {
     {"push", "Force steps of a constant push",
      "2,000 simulated hands push every turning tool into the molar with a constant force (docs/passivity.md). The "
      "table states how many hands feel a force change of more than 0.02 N in one tick, and how many feel a change "
-     "larger than their own motion explains. The table compares the present servo laws with the version before, and "
-     "contains "
-     "no times.",
+     "larger than their own motion explains. The table compares the present force laws with version 7, and "
+     "contains no times.",
      bench_push},
     {"devices", "Hands",
      "The table gives the time from a device's sample to the force that is written to the device, compared with an "
