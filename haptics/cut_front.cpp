@@ -176,16 +176,16 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
     : front_(front),
       first_part_(front.part_of(reached.first.x)),
       layers_(reached.last.x - reached.first.x + 1),
-      // Lists that are made in one cut are valid for different path lengths, so that they expire in different cuts. A
-      // fast head covers such a path in one cut, so no list is made for it.
-      ahead_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
+      most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
+      // A fast head would soon reach the end of the path length, so no list is made for it.
+      ahead_(travel > kMostListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
+      ahead_of_empty_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}
 
 double CutFront::Renewal::lasts(int part) noexcept {
-  const int parts = front_.parts(), most = std::max(std::min(layers_, parts) / 8, 1);
-  const bool reached = ((part - first_part_) & (parts - 1)) < layers_;
-  if (!reached) return ahead_ * ++empty_;
-  return made_ < most ? ahead_ * ++made_ : 0;
+  const bool reached = ((part - first_part_) & (front_.parts() - 1)) < layers_;
+  if (!reached) return ahead_of_empty_ * ++empty_;
+  return made_ < most_ ? ahead_ * ++made_ : 0;
 }
 
 }  // namespace typodont::haptics

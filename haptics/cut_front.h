@@ -80,6 +80,8 @@ class CutFront {
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// Must be called when only tissue labels have changed. The lists, which contain the labels, are then made again.
   void renew_lists() noexcept { drop_listed(); }
+  /// Returns the number of parts without a valid list. They are cut without a list, which takes longer.
+  int outdated() const noexcept;
 
  private:
   friend class Sweep;
@@ -184,8 +186,11 @@ class CutFront {
    private:
     const CutFront& front_;
     int first_part_, layers_;  // part of the first layer that the head reaches; number of these layers
-    double ahead_;             // voxels; the lists of one cut are valid for one, two, ... times this path length
-    int early_;                // part that gets a new list although its list is still valid; -1: none
+    int most_;                 // largest number of lists of reached parts that this cut makes
+    // Voxels. The lists of one cut are valid for one, two, ... times this path length, so that they expire in different
+    // cuts. `ahead_`: for the reached parts; `ahead_of_empty_`: for the others.
+    double ahead_, ahead_of_empty_;
+    int early_;  // part that gets a new list although its list is still valid; -1: none
     int made_ = 0, empty_ = 0;
   };
   /// Sets the patch (copy of the tissue) to which the lists of samples refer. `holds`: true if the new patch contains
@@ -194,8 +199,6 @@ class CutFront {
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of parts of the lists that have expired and must be renewed.
-  int outdated() const noexcept;
   /// Returns the part of the lists that should be renewed in this tick although it has not expired; otherwise several
   /// parts would expire in one later tick. Returns -1 if no part needs this. `way`: path length of the head per tick,
   /// voxels.

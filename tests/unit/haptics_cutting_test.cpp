@@ -382,6 +382,35 @@ TEST(Carving, TheFirstCutInNewTissueListsLessThanHalfOfTheSamplesAndTheNextCutsL
   }
 }
 
+TEST(Carving, AHeadThatMovesSteadilyHasAllButOneOfItsListsAfterSixteenCuts) {
+  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
+  for (const haptics::HeadShape head : haptics::head_shapes()) {
+    for (const double diameter : {1.0_mm, 3.0_mm}) {
+      haptics::Tool tool;
+      tool.shape = head;
+      tool.diameter = diameter;
+      tool.length = head == haptics::HeadShape::kSphere ? diameter : 2 * diameter;
+      const std::span tools(&tool, 1);
+      haptics::Carver carver(haptics::TissueVolume(block), tools);
+      haptics::SurfacePatch patch;
+      patch.resize(haptics::patch_edge_for(tools, 0.1_mm) + 8);
+      const dvec3 start(0, 0, 2.3_mm + tool.length / 2), step = 3.0_um * glm::normalize(dvec3(0.5, 0.2, -0.6));
+      carver.take_snapshot(start, patch);
+      haptics::CutFront front(tools, 0.1_mm);
+      int incomplete = 0;
+      for (int i = 0; i < 116; ++i) {
+        const Sweep sweep(tool, Pose{start + static_cast<double>(i) * step},
+                          Pose{start + static_cast<double>(i + 1) * step}, block.frame, i > 0);
+        carve(patch, sweep, nullptr, &front);
+        if (i < 16) continue;
+        EXPECT_LE(front.outdated(), 1) << static_cast<int>(head) << ", " << diameter << ", cut " << i;
+        incomplete += front.outdated();
+      }
+      EXPECT_LE(incomplete, 20) << static_cast<int>(head) << ", " << diameter;
+    }
+  }
+}
+
 TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   const auto error = [](double voxel_mm) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));

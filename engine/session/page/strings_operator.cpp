@@ -241,7 +241,7 @@ constexpr Entry kOperator[] = {
     {"op.key_trainee", {"trainee's name; record or not", "Name; aufzeichnen oder nicht", "学员姓名；是否记录"}},
     {"op.key_author", {"make an exercise, or practise", "Übung erstellen oder üben", "创建练习或训练"}},
     {"op.key_language", {"next language", "nächste Sprache", "切换语言"}},
-    {"op.key_force", {"more, less force", "mehr, weniger Kraft", "增大、减小力度"}},
+    {"op.key_force", {"less, more force", "weniger, mehr Kraft", "减小、增大力度"}},
     {"op.key_shown", {"show, hide a tissue", "Gewebe zeigen, verbergen", "显示、隐藏组织"}},
     {"op.key_turn", {"turn, come nearer, go away", "drehen, näher, weiter", "旋转、拉近、拉远"}},
     {"op.key_experiment", {"experiments", "Experimente", "实验"}},

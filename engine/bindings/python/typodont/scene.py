@@ -64,7 +64,8 @@ class Hand(Handle):
 class Scene(Handle):
     """A scene: the tissue and the tools.
 
-    `scene`: a file, the name of a shipped scene ("molar-caries"), or a dict of the scene's keys (docs/interface.md).
+    `scene`: a file, the name of a shipped scene ("molar-caries"), or a dict of the scene's keys
+    (docs/scene_format.md).
     `model`: contact model, replaces the scene's. `folder`: folder of the files that a dict names.
     """
 
