@@ -69,20 +69,24 @@ int shank_type(const std::string& iso_code) {
   return space == std::string::npos ? 0 : std::atoi(iso_code.c_str() + space);
 }
 
-}  // namespace
-
-std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle) {
-  const auto named = [](const std::string& name, const char* otherwise) {
-    return name.empty() ? std::string(otherwise) : name == "none" ? std::string() : name;
-  };
-  if (!tool.handpiece.empty()) return named(tool.handpiece, "");
-  if (tool.diameter > kWidestHead) return "";
+/// Returns the name of the handpiece that holds the tool, or "none". handpiece_name() states the rules.
+std::string stated_or_usual(const haptics::Tool& tool, const haptics::Spindle& spindle) {
+  if (!tool.handpiece.empty()) return tool.handpiece;
+  if (tool.diameter > kWidestHead) return "none";
   if (tool.implant && tool.implant->kind == haptics::ImplantToolKind::kGauge) return "gauge";
   if (tool.implant && tool.implant->by_hand) return "ratchet";
   if (!tool.turns() && !tool.implant) return "handle";
   const int shank = shank_type(tool.iso_code);
   if (shank >= 100 && shank < 200) return "straight";
-  return named(spindle.handpiece, shank >= 200 && shank < 300 ? "contra_angle" : "turbine");
+  if (!spindle.handpiece.empty()) return spindle.handpiece;
+  return shank >= 200 && shank < 300 ? "contra_angle" : "turbine";
+}
+
+}  // namespace
+
+std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle) {
+  const std::string name = stated_or_usual(tool, spindle);
+  return name == "none" ? "" : name;
 }
 
 Handpiece read_handpiece(const Json& json) {

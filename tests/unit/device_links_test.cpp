@@ -107,6 +107,7 @@ TEST(SerialArm, SpeaksThroughAPseudoTerminalAndStartsAtItsHomePosition) {
   ASSERT_TRUE(device->read(sample));
   EXPECT_LT(glm::length(sample.X_WT.p - stylus_pose(arm, arm.home).p), 1e-12);
   device->write({0, 0, 1}, dvec3(0));
+  ASSERT_TRUE(device->read(sample));
   EXPECT_TRUE(board.applies(true));
   device.reset();
   EXPECT_TRUE(board.applies(false));  // the destructor sent zero
