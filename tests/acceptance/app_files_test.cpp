@@ -238,14 +238,11 @@ TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderO
 
 TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
-  std::uintmax_t bytes = 0;
+  GrowingFile recording(folder / "live.h5");
   const Ran ran =
       interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
-        // Deletes the file when it has grown, because then the program is recording.
         std::error_code code;
-        const auto size = fs::file_size(folder / "live.h5", code);
-        if (code || std::exchange(bytes, bytes == 0 ? size : bytes) == 0 || size <= bytes) return false;
-        return fs::remove(folder / "live.h5", code);
+        return recording.has_grown() && fs::remove(folder / "live.h5", code);
       });
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("deleted or replaced while it was recorded"));

@@ -228,7 +228,7 @@ TEST_F(Recordings, AFileSizeLimitEndsTheRecordingButNotTheSession) {
   const Ran ran = folder.run(
       fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --seconds 3 --audio none: --record {0}/live.h5 --json",
                   at()),
-      "ulimit -f 400; env -u DISPLAY -u WAYLAND_DISPLAY");
+      "ulimit -f 160; env -u DISPLAY -u WAYLAND_DISPLAY");
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("File too large"));
   EXPECT_THAT(ran.err, HasSubstr("the session goes on, unrecorded"));

@@ -51,11 +51,11 @@ TEST(LiveSound, WithAFullDiskForTheSoundTheSessionEndsNormallyAndItsRecordingIsC
   const std::string hand =
       folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
   const std::string session = folder / "session.h5";
-  // Writing more than 250 kB fails. The sound reaches this size within two seconds, the recording does not.
+  // Writing more than 500 kB fails. The sound reaches this size after 5 s, the recording would need 13 s.
   const auto ran =
       folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand,
                              folder / "sound.wav", session),
-                 "bash -c 'ulimit -c 0; ulimit -f 250; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
+                 "bash -c 'ulimit -c 0; ulimit -f 500; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_NE(ran.err.find("sound.wav"), std::string::npos) << ran.err;
   EXPECT_FALSE(session::SessionReader(session).truncated());

@@ -9,11 +9,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace typodont::test {
@@ -23,6 +25,23 @@ inline std::string read_text(const std::filesystem::path& file) {
   text << std::ifstream(file, std::ios::binary).rdbuf();
   return std::move(text).str();
 }
+
+/// Tells when the recording of a live session contains ticks: its file has grown since it was first seen.
+class GrowingFile {
+ public:
+  explicit GrowingFile(std::filesystem::path file) : file_(std::move(file)) {}
+  bool has_grown() {
+    std::error_code missing;
+    const std::uintmax_t size = std::filesystem::file_size(file_, missing);
+    if (missing) return false;
+    if (first_ == 0) first_ = size;
+    return size > first_;
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::uintmax_t first_ = 0;  // bytes
+};
 
 struct Ran {
   int status = -1;
