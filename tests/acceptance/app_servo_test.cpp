@@ -251,8 +251,8 @@ TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   folder.write("scene.json", drill_scene());
   std::int64_t cuts = 0;
   for (int seconds = 1; seconds <= 64 && cuts <= 50; seconds *= 4) {
-    // On a busy machine, the carver's thread runs rarely, so that a second has few cuts. Then a longer session is
-    // tried.
+    // On a busy machine, the carver's thread seldom runs and makes few cuts in a second. The test then tries a longer
+    // session.
     press(folder, 1.0, seconds);
     const Ran live = folder.run(
         fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
@@ -294,7 +294,7 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion)
                  "xvfb-run -a timeout 120");
   ASSERT_EQ(live.status, 0) << live.err;
   const Json json = Json::parse(live.out, "out");
-  EXPECT_GT(json["ticks"].integer(), 100);
+  EXPECT_GT(json["ticks"].integer(), 2000);
   EXPECT_GE(json["frames"].integer(), 1);
   EXPECT_LT(json["frames"].integer(),
             // the mouse rests, so there is one frame when the tooth appears and a few frames while the hand settles
