@@ -5,12 +5,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace test;
-using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -57,13 +54,9 @@ class FilesOfCommands : public testing::Test {
       if (entry.path().string().ends_with(".partial")) return true;
     return false;
   }
-  /// Ends `typodont ARGUMENTS` by a signal as soon as `begun` returns true, and returns the result.
+  /// Like ProgramFolder::interrupted. `arguments`: {} stands for the folder.
   Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
-    const pid_t child = folder.start(in_folder(arguments));
-    bool has_begun = false;
-    for (int i = 0; i < 60000 && !(has_begun = begun()); ++i) std::this_thread::sleep_for(10ms);
-    EXPECT_TRUE(has_begun) << folder.said();
-    return folder.finish(child, signal);
+    return folder.interrupted(in_folder(arguments), signal, begun);
   }
   ProgramFolder folder{TYPODONT_PROGRAM};
 };

@@ -269,11 +269,10 @@ TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
-  const pid_t child = folder.start(
-      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()));
   GrowingFile recording(folder / "s.h5");
-  for (int i = 0; i < 6000 && !recording.has_grown(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  const Ran live = folder.finish(child, SIGTERM);
+  const Ran live = folder.interrupted(
+      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()), SIGTERM,
+      [&] { return recording.has_grown(); });
   EXPECT_EQ(live.status, 0) << live.err;
   const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;

@@ -3,19 +3,23 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace typodont::test {
@@ -105,6 +109,15 @@ class ProgramFolder {
     int status = 0;
     ::waitpid(child, &status, 0);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(*this / ".started_out"), said()};
+  }
+  /// Starts the program, sends it `signal` as soon as `begun` returns true, and waits for its end.
+  Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
+    using namespace std::chrono_literals;
+    const pid_t child = start(arguments);
+    bool has_begun = false;
+    for (int i = 0; i < 60000 && !(has_begun = begun()); ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_TRUE(has_begun) << said();
+    return finish(child, signal);
   }
 
  private:
