@@ -36,7 +36,7 @@ class FilesOfCommands : public testing::Test {
     folder.write("hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.02,0,0,5,1,0,0,0,0\n");
     folder.write("pairs.csv", kPairs);
   }
-  /// Runs the program. `arguments`: {} stands for the folder.
+  /// Runs the program. In `arguments`, {} stands for the folder.
   Ran run(const std::string& arguments, const std::string& before = "timeout 60") const {
     return folder.run(in_folder(arguments), before);
   }
@@ -54,7 +54,7 @@ class FilesOfCommands : public testing::Test {
       if (entry.path().string().ends_with(".partial")) return true;
     return false;
   }
-  /// Like ProgramFolder::interrupted. `arguments`: {} stands for the folder.
+  /// Does the same as ProgramFolder::interrupted. In `arguments`, {} stands for the folder.
   Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
     return folder.interrupted(in_folder(arguments), signal, begun);
   }

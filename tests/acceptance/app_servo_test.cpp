@@ -251,8 +251,8 @@ TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   folder.write("scene.json", drill_scene());
   std::int64_t cuts = 0;
   for (int seconds = 1; seconds <= 64 && cuts <= 50; seconds *= 4) {
-    // On a busy machine, the carver's thread seldom runs and makes few cuts in a second. The test then tries a longer
-    // session.
+    // On a busy machine, the carver thread gets little processor time and makes few cuts in a second. The test then
+    // repeats the session with four times its duration.
     press(folder, 1.0, seconds);
     const Ran live = folder.run(
         fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),

@@ -51,8 +51,7 @@ TEST(LiveSound, WithAFullDiskForTheSoundTheSessionEndsNormallyAndItsRecordingIsC
   const std::string hand =
       folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
   const std::string session = folder / "session.h5";
-  // Writing more than 500 kB fails. The sound file reaches this size after 5 s; the recording would
-  // reach it after 13 s.
+  // No file may become larger than 500 kB. The sound file reaches this size after 5 s, when the recording is smaller.
   const auto ran =
       folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand,
                              folder / "sound.wav", session),

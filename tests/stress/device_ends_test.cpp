@@ -480,7 +480,7 @@ TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
 
 /// A minimal version of Haply's service: it answers every force with a state, and keeps the last force.
 TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
-  FirmwarePriority service_priority;  // other programs do not delay the service
+  FirmwarePriority service_priority;  // other programs cannot delay the answers
   const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -30,10 +30,11 @@ inline std::string read_text(const std::filesystem::path& file) {
   return std::move(text).str();
 }
 
-/// Tells when the recording of a live session contains ticks: its file has grown since it was first seen.
+/// The file of a live session's recording. The program creates the file first; the file grows when ticks are written.
 class GrowingFile {
  public:
   explicit GrowingFile(std::filesystem::path file) : file_(std::move(file)) {}
+  /// Returns true if the file is larger than at the first call that found it. The recording then contains ticks.
   bool has_grown() {
     std::error_code missing;
     const std::uintmax_t size = std::filesystem::file_size(file_, missing);
@@ -110,7 +111,8 @@ class ProgramFolder {
     ::waitpid(child, &status, 0);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(*this / ".started_out"), said()};
   }
-  /// Starts the program, sends it `signal` as soon as `begun` returns true, and waits for its end.
+  /// Starts the program, sends it `signal` as soon as `begun` returns true, and waits until it ends.
+  /// If `begun` does not return true within ten minutes, the test fails.
   Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
     using namespace std::chrono_literals;
     const pid_t child = start(arguments);

@@ -239,7 +239,7 @@ class HaplyServer {
     ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length);
     port = ntohs(address.sin_port);
     thread_ = std::thread([this] {
-      enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // so that other programs cannot delay it
+      enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // other programs cannot delay the answers
       const Descriptor client(::accept(listener_.get(), nullptr, nullptr));
       char buffer[4096];
       for (ssize_t n; (n = ::recv(client.get(), buffer, sizeof buffer, 0)) > 0;) {
