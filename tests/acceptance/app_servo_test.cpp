@@ -345,7 +345,7 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
   });
   std::int64_t samples = 0, dropped = 0, frames = 0;
   for (int seconds = 4; seconds <= 64 && (samples <= 100 || dropped <= 5 || frames <= 20); seconds *= 4) {
-    // On a busy machine, a frame can take a second. Then a longer session is tried.
+    // On a busy machine, a frame can take a second. The test then repeats the session with four times its duration.
     const Ran live = folder.run(
         fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds {1} --json", folder.path().string(), seconds),
         "xvfb-run -a timeout 240");
