@@ -22,10 +22,7 @@ constexpr const char* kTools[] = {"round_006", "round_012",         "round_023",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
 constexpr double kLanded = 0.5;  // s, time after the start at which the hand rests on the surface
 constexpr double kAfter = 1.0;   // s, time that a run continues after the stall of the carver thread has ended
-constexpr double kFade = 0.1;    // s, law kFadeOnStale: time constant with which the force decreases during the fault
-// s, law kFadeOnStale: time after the fault in which the force grows from zero to its full value
-constexpr double kComeBack = 0.25;
-constexpr double kRow = 5e-3;  // s, time between two rows of the table that contains the hand's planned positions
+constexpr double kRow = 5e-3;    // s, time between two rows of the table that contains the hand's planned positions
 
 /// The planned motion and the parameters of the simulated hand. Times are in s from the start of the run.
 struct Course {
@@ -107,20 +104,6 @@ Scene scene_with(const std::string& tool) {
 
 }  // namespace
 
-const char* name_of(StallLaw law) {
-  switch (law) {
-    case StallLaw::kFadeOnStale:
-      return "fade on stale";
-    case StallLaw::kZeroAtEdge:
-      return "zero at the edge";
-    case StallLaw::kFadeAndZero:
-      return "fade on stale and zero at the edge";
-    case StallLaw::kServo:
-      break;
-  }
-  return "servo";
-}
-
 const char* name_of(StallGesture gesture) {
   switch (gesture) {
     case StallGesture::kDrill:
@@ -155,7 +138,7 @@ StallResult simulate_stall(const StallRun& run) {
   ServoTick tick;
   Cut cut;
   dvec3 force(0), before(0);
-  double gain = 1, given = 0, least = 1e300;
+  double given = 0, least = 1e300;
   bool first = true;
   while (hand->read(sample) && to_seconds(sample.t) < end) {
     const double t = to_seconds(sample.t);
@@ -165,11 +148,7 @@ StallResult simulate_stall(const StallRun& run) {
     before = sample.X_WT.p;
     first = false;
 
-    const bool fades = run.law == StallLaw::kFadeOnStale || run.law == StallLaw::kFadeAndZero;
-    gain = fades && (tick.faults & bits(Fault::kStalePatch)) ? gain * std::exp(-dt / kFade)
-                                                             : std::min(1.0, gain + dt / kComeBack);
-    const bool zero = run.law == StallLaw::kZeroAtEdge || run.law == StallLaw::kFadeAndZero;
-    const dvec3 f = zero && (tick.faults & bits(Fault::kPatchEdge)) ? dvec3(0) : gain * tick.f_T_W;
+    const dvec3 f = tick.f_T_W;
     hand->write(f, tick.tau_T_W);
 
     if (t >= course.stall_at) {

@@ -1,5 +1,5 @@
 // Measures the force on a simulated hand while the carver (the thread that updates the tissue) stalls. The hand touches
-// the molar. For comparison, the force is also computed with force laws other than the servo's own.
+// the molar.
 #pragma once
 
 #include <cstdint>
@@ -8,22 +8,6 @@
 #include "engine/app/scene.h"
 
 namespace typodont {
-
-/// Laws that determine the force on the hand while the carver (the thread that updates the tissue) is late. kServo is
-/// the law that the program uses. The other laws are measured only for comparison. They change the force after the
-/// servo has computed it, depending on the fault bits of the tick. So the servo's energy ledger does not include this
-/// change of the force.
-enum class StallLaw {
-  kServo,  // the force that the servo computes, unchanged
-  /// While Fault::kStalePatch is set, the force decreases with a time constant of 0.1 s. After this fault, the force
-  /// grows again, and reaches its full value after at most 0.25 s.
-  kFadeOnStale,
-  kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
-  kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together
-};
-inline constexpr StallLaw kStallLaws[] = {StallLaw::kServo, StallLaw::kFadeOnStale, StallLaw::kZeroAtEdge,
-                                          StallLaw::kFadeAndZero};
-const char* name_of(StallLaw law);
 
 /// Motion of the hand during the stall of the carver thread.
 enum class StallGesture {
@@ -42,7 +26,6 @@ struct StallRun {
   double stall = 0;        // s, duration of the carver thread's stall; 0: no stall, for comparison
   double rate = 1000;      // Hz, rate of the servo
   std::uint64_t seed = 1;  // random seed that determines the hand, its tool and its position
-  StallLaw law = StallLaw::kServo;
 };
 
 /// Results of one run, measured from the first tick of the stall until one second after the end of the stall. SI units.

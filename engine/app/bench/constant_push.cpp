@@ -27,8 +27,7 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.7, 5.8, 19.0], "b_mm": [6.8, 5.8, 16.4], "radius_mm": 0.75}}},
   {"tissue": "caries", "solid": {"sphere": {"center_mm": [6.8, 5.8, 16.5], "radius_mm": 1.15}}},
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
-constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with a force jump at first contact
-constexpr double kRate = 1000;                   // Hz, rate of the servo
+constexpr double kRate = 1000;  // Hz, rate of the servo
 // N/m, limit for a force step: the stiffness of the coupling spring (1 N/mm) plus 10 %. From one tick to the next, the
 // force may change by this stiffness times the distance that the hand moved. A larger change counts as a step.
 constexpr double kSpring = 1.1 * 1000;
@@ -94,13 +93,12 @@ std::string text_of(const PushHand& hand) {
                      start.y, start.z);
 }
 
-PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws) {
+PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue) {
   haptics::HandModel model;
   model.mass = 0.15, model.damping = 5, model.stiffness = {2000, 2000, 0};
   model.push = {0, 0, -hand.push};
   const auto device = haptics::make_simulated_hand(hand.path, model, kRate, false);
-  Scene scene = push_scene(hand.tool, hand.spindle);
-  scene.servo.laws = laws;
+  const Scene scene = push_scene(hand.tool, hand.spindle);
   HapticLoop loop(scene, tissue.clone(), device->info());
   PushResult result;
   ServoTick last;
@@ -124,9 +122,8 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// Simulates one hand for each seed from 0 to hands - 1, with the version `laws` of the force laws. Returns the results
-/// in the order of the seeds.
-std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
+/// Simulates one hand for each seed from 0 to hands - 1. Returns the results in the order of the seeds.
+std::vector<PushResult> simulate_all(std::uint32_t hands, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);
   std::atomic<std::uint32_t> next{0};
@@ -134,7 +131,7 @@ std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, co
   for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
     workers.push_back(std::async(std::launch::async, [&] {
       for (std::uint32_t seed; (seed = next++) < hands;) {
-        results[seed] = simulate_push(random_push(tools, seed), tissue, laws);
+        results[seed] = simulate_push(random_push(tools, seed), tissue);
       }
     }));
   }
@@ -142,11 +139,10 @@ std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, co
   return results;
 }
 
-void push_rows(std::span<const PushResult> results, std::uint32_t laws, std::size_t tools,
-               std::vector<BenchRow>& rows) {
+void push_rows(std::span<const PushResult> results, std::size_t tools, std::vector<BenchRow>& rows) {
   const auto row = [&](const std::string& name, double value, const std::string& unit) {
     rows.push_back({.name = name,
-                    .knob = fmt::format("servo laws {}, {} hands, {} tools", laws, results.size(), tools),
+                    .knob = fmt::format("{} hands, {} tools", results.size(), tools),
                     .error = value,
                     .error_unit = unit});
   };
@@ -177,11 +173,7 @@ std::vector<BenchRow> bench_push(const BenchRun& run) {
   const std::vector<std::string> tools = turning_tools();
   const haptics::TissueVolume tissue = pushed_tissue();
   std::vector<BenchRow> rows;
-  for (const std::uint32_t laws : {kLawsBeforeLanding, kServoLaws}) {
-    const auto results = simulate_all(run.quick ? 24 : 2000, laws, tools, tissue);
-    if (!run.quick) push_rows(std::span(results).first(480), laws, tools.size(), rows);
-    push_rows(results, laws, tools.size(), rows);
-  }
+  push_rows(simulate_all(run.quick ? 24 : 2000, tools, tissue), tools.size(), rows);
   return rows;
 }
 

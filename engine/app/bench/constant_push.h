@@ -53,9 +53,8 @@ struct PushResult {
 
 /// Returns the tissue that all hands drill: a molar with caries. Throws Error.
 haptics::TissueVolume pushed_tissue();
-/// Simulates one hand in a copy of the tissue, with the version `laws` of the servo's force laws. Equal hands give
-/// equal results. Throws Error.
-PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws = kServoLaws);
+/// Simulates one hand in a copy of the tissue. Equal hands give equal results. Throws Error.
+PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue);
 /// Returns one line for a message: tool, spindle, push and start position of the hand.
 std::string text_of(const PushHand& hand);
 

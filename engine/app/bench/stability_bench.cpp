@@ -159,8 +159,7 @@ double critical(double guess, F&& course) {
 }
 
 /// Adds the rows that show what the hand feels while the carver (the thread that updates the tissue) stalls. Each row
-/// belongs to one force law, one motion of the hand and one duration of the stall, and contains the worst result of
-/// several hands.
+/// belongs to one motion of the hand and one duration of the stall, and contains the worst result of several hands.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};
@@ -168,26 +167,23 @@ void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::uint64_t hands = quick ? 1 : 6;
   for (const double rate : rates) {
     for (const StallGesture gesture : kStallGestures) {
-      for (const StallLaw law : kStallLaws) {
-        if (law != StallLaw::kServo && (quick || rate != 1000)) continue;
-        for (const double stall : stalls) {
-          StallResult worst;
-          for (std::uint64_t seed = 1; seed <= hands; ++seed) {
-            const StallResult felt = simulate_stall({gesture, stall, rate, seed, law});
-            worst.worst_step = std::max(worst.worst_step, felt.worst_step);
-            worst.energy = std::max(worst.energy, felt.energy);
-          }
-          const auto row = [&](const char* what, double value, const char* unit) {
-            rows.push_back({.name = fmt::format("carver stalls, {}, {}: {}", name_of(gesture), name_of(law), what),
-                            .knob = fmt::format("{:g} ms, {:g} Hz, {} hands", stall * 1e3, rate, hands),
-                            .error = value,
-                            .error_unit = unit,
-                            .size = stall * 1e3,
-                            .size_unit = "stall, ms"});
-          };
-          row("largest step", worst.worst_step, "N in a tick");
-          row("given to the hand", worst.energy, "J");
+      for (const double stall : stalls) {
+        StallResult worst;
+        for (std::uint64_t seed = 1; seed <= hands; ++seed) {
+          const StallResult felt = simulate_stall({gesture, stall, rate, seed});
+          worst.worst_step = std::max(worst.worst_step, felt.worst_step);
+          worst.energy = std::max(worst.energy, felt.energy);
         }
+        const auto row = [&](const char* what, double value, const char* unit) {
+          rows.push_back({.name = fmt::format("carver stalls, {}: {}", name_of(gesture), what),
+                          .knob = fmt::format("{:g} ms, {:g} Hz, {} hands", stall * 1e3, rate, hands),
+                          .error = value,
+                          .error_unit = unit,
+                          .size = stall * 1e3,
+                          .size_unit = "stall, ms"});
+        };
+        row("largest step", worst.worst_step, "N in a tick");
+        row("given to the hand", worst.energy, "J");
       }
     }
   }
