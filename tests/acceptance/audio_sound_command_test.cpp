@@ -258,24 +258,6 @@ TEST_F(SoundCommand, WritesAPageWithEachLineAndTheMeasuresOfALongSound) {
   EXPECT_GE(lines, 8);
 }
 
-TEST_F(SoundCommand, CountsTheRightAnswersOfABlindListener) {
-  const std::string files = kMicromotor + " assets/sounds/drill_spinup_run_spindown.wav";
-  ASSERT_EQ(
-      run("abx " + files + " --trials 8 --excerpt 0.3 --seed 4 --out " + path("x.html") + " --key " + path("k.json"))
-          .status,
-      0);
-  const Json key = Json::load(path("k.json"));
-  std::string answers;
-  int number = 0;
-  for (const Json& x : key["x"].items()) answers += fmt::format("{} {}\n", ++number, x.string());
-  write_text(path("a.txt"), answers);
-  EXPECT_THAT(run("abx --key " + path("k.json") + " --answers " + path("a.txt")).out, HasSubstr("8 of 8 right"));
-  write_text(path("a.txt"), answers + "3 A\n");
-  const auto twice = run("abx --key " + path("k.json") + " --answers " + path("a.txt"));
-  EXPECT_EQ(twice.status, 2);
-  EXPECT_THAT(twice.err, HasSubstr("line 9"));
-}
-
 TEST_F(SoundCommand, HelpContainsAnExample) {
   for (const char* command : {"", "fit", "synth", "compare"}) {
     const auto r = run(std::string(command) + " --help");

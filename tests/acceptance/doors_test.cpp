@@ -171,21 +171,6 @@ TEST_F(Doors, AReaderOfTheStreamReceivesALiveSessionUntilItsEnd) {
   readers.finish(reading, SIGKILL);
 }
 
-TEST_F(Doors, ARosNodePublishesStatesForcesAndEndOfALiveSession) {
-  const std::string built = *folder_ / "ros";
-  if (sh("test -e /usr/share/catkin/cmake/catkinConfig.cmake -a -e /usr/share/std_msgs/msg/Header.msg").status != 0)
-    GTEST_SKIP() << "no ROS: apt install catkin ros-message-generation libgeometry-msgs-dev libstd-msgs-dev "
-                    "ros-geometry-msgs ros-std-msgs python3-geometry-msgs python3-rospy python3-rosmaster";
-  const test::Ran made =
-      sh(fmt::format("env PATH=/usr/bin:$PATH sh -c '{0} -S engine/bindings/ros -B {1} -DPYTHON_EXECUTABLE={2} && {0} "
-                     "--build {1}'",
-                     TYPODONT_CMAKE, built, TYPODONT_PYTHON));
-  ASSERT_EQ(made.status, 0) << made.out << made.err;
-  const test::Ran ran =
-      sh(fmt::format("{} tests/acceptance/doors/ros_test.py {} {}/devel", TYPODONT_PYTHON, TYPODONT_PROGRAM, built));
-  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
-}
-
 TEST_F(Doors, RescoredSessionsHaveTheScoresOfTheirReportsAndOfOtherRulesWhereTheseCount) {
   const std::string rules =
       R"(, "score": {"defaults": false, "rules": [{"name": "healthy_removed_mm3", "target": 0, "tolerance": 1, "weight": 1}]}})";
@@ -341,33 +326,6 @@ TEST_F(Doors, TheThreadLocalVariablesOfTheLibraryFitInTheReserveForLibrariesLoad
   std::smatch found;  // the columns of a segment: type, offset, two addresses, size in the file, size in memory
   ASSERT_TRUE(std::regex_search(ran.out, found, std::regex("TLS +0x\\w+ 0x\\w+ 0x\\w+ 0x\\w+ 0x(\\w+)"))) << ran.out;
   EXPECT_LT(std::stoul(found[1], nullptr, 16), 512u) << ran.out;
-}
-
-/// Unreal's headers are not available here. unreal_declarations.h replaces each of them.
-TEST_F(Doors, TheUnrealActorDrillsABallAndChangesItsBricksOverDeclarationsOfUnreal) {
-  const fs::path module = "engine/bindings/unreal/Typodont/Source/TypodontUnreal", forward = *folder_ / "unreal";
-  std::string sources = "tests/acceptance/doors/unreal/unreal_host.cpp";
-  const std::regex included("#include \"([^\"]+)\"");
-  for (const auto& entry : fs::recursive_directory_iterator(module)) {
-    if (entry.path().extension() == ".cpp") sources.append(" ").append(entry.path());
-    if (entry.path().extension() != ".cpp" && entry.path().extension() != ".h") continue;
-    const std::string text = test::read_text(entry.path());
-    for (std::sregex_iterator i(text.begin(), text.end(), included), end; i != end; ++i) {
-      const fs::path header = (*i)[1].str();
-      if (fs::exists(module / "Public" / header) || fs::exists(module / "Private" / header)) continue;
-      fs::create_directories((forward / header).parent_path());
-      folder_->write(fmt::format("unreal/{}", header.string()), "#include \"unreal_declarations.h\"\n");
-    }
-  }
-  const std::string host = *folder_ / "unreal_host";
-  const test::Ran made =
-      sh(fmt::format("{0} -std=c++17 -Wall -Wextra -Wpedantic -Werror -O0 -o {1} {2} -I{3}/Public -I{3}/Private -I{4} "
-                     "-Itests/acceptance/doors/unreal $(PKG_CONFIG_PATH={5}/{6}/pkgconfig pkg-config --cflags --libs "
-                     "typodont) -pthread",
-                     TYPODONT_COMPILER, host, sources, module.string(), forward.string(), prefix(), TYPODONT_LIBDIR));
-  ASSERT_EQ(made.status, 0) << made.err;
-  const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} {}", prefix(), TYPODONT_LIBDIR, host));
-  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
 /// Tests the package as `pip install` leaves it, with the library inside.

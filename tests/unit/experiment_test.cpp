@@ -11,7 +11,6 @@
 #include <random>
 #include <vector>
 
-#include "engine/app/experiment/abx.h"
 #include "engine/app/experiment/simulated_subject.h"
 #include "engine/app/experiment/trial_log.h"
 #include "engine/base/error.h"
@@ -339,46 +338,6 @@ TEST(ForceDelay, NeverGivesTheHandMoreEnergyThanItTook) {
     EXPECT_GT(unguarded, 1e-6) << "a delayed spring alone does";
     EXPECT_LT(worst, 1e-9) << ms << " ms";
   }
-}
-
-TEST(Abx, PresentsEachSoundHalfOfTheTimeInAnOrderThatTheSeedDecides) {
-  int same = 0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const AbxKey key = abx_key("a.wav", "b.wav", 16, seed), next = abx_key("a.wav", "b.wav", 16, seed + 1);
-    EXPECT_EQ(std::count(key.x_is_b.begin(), key.x_is_b.end(), true), 8);
-    EXPECT_EQ(key.x_is_b, abx_key("a.wav", "b.wav", 16, seed).x_is_b);
-    same += key.x_is_b == next.x_is_b;
-  }
-  EXPECT_LE(same, 1);
-}
-
-// The listeners have known hearing. A listener who hears nothing may rarely be reported as one who hears a difference.
-// A listener who is right in nine of ten trials must nearly always be found.
-TEST(Abx, TellsListenersWhoHearADifferenceFromThoseWhoGuess) {
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> u(0, 1);
-  const auto found = [&](double right) {
-    int significant = 0;
-    for (std::uint64_t listener = 1; listener <= 400; ++listener) {
-      const AbxKey key = abx_key("a", "b", 16, listener);
-      std::vector<bool> said;
-      for (const bool b : key.x_is_b) said.push_back(u(random) < right ? b : !b);
-      significant += judge(key, said).chance < 0.05;
-    }
-    return significant / 400.0;
-  };
-  EXPECT_LT(found(0.5), 0.06);
-  EXPECT_GT(found(0.9), 0.9);
-}
-
-TEST(Abx, ThePageContainsNeitherTheKeyNorTheNamesOfTheSounds) {
-  AbxKey key = abx_key("<script>a", "b&c", 4, 9);
-  const std::vector<std::vector<std::uint8_t>> sounds(6, {1, 2, 3});
-  const std::string page = abx_page(key, sounds);
-  for (std::size_t i = 0; i < key.x_is_b.size(); ++i) key.x_is_b[i] = !key.x_is_b[i];
-  EXPECT_EQ(page, abx_page(key, sounds)) << "the page is the same for every key";
-  EXPECT_EQ(page.find("<script>a"), std::string::npos);
-  EXPECT_EQ(page.find("http"), std::string::npos) << "fetches nothing";
 }
 
 }  // namespace

@@ -215,7 +215,7 @@ std::map<std::string, std::set<std::string>> options_by_command() {
   for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
     if (entry.path().stem() == "command_line") continue;  // it reads the options of all
     std::string command = entry.path().stem();
-    // sound_listening.cpp contains a part of the command `sound`
+    // sound_page.cpp contains a part of the command `sound`
     const std::string whole = command.substr(0, command.find('_'));
     if (fs::exists(entry.path().parent_path() / (whole + ".cpp"))) command = whole;
     std::replace(command.begin(), command.end(), '_', '-');

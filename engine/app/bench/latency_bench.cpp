@@ -14,8 +14,8 @@
 #include "audio/audio_output.h"
 #include "audio/sound_file.h"
 #include "engine/app/assets.h"
-#include "engine/app/bench/energy_rows.h"
 #include "engine/app/bench/parts.h"
+#include "engine/app/bench/session_cost_rows.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
@@ -213,7 +213,7 @@ std::vector<BenchRow> bench_latency(const BenchRun& run) {
   start_rows(folder, rows);
   step_rows(folder, rows);
   picture_rows(run.quick, rows);
-  energy_rows(run.quick, rows);
+  session_cost_rows(run.quick, rows);
   return rows;
 }
 

@@ -184,7 +184,7 @@ constexpr BenchPart kParts[] = {
      "The table gives delays of the whole program as wall-clock times. The delays are the times from a step of the "
      "hand to force, sound and picture, and the times from the start of the command to the first tick and to the first "
      "picture. The table also gives the energy of a session at rest and of a session that drills, in core-seconds per "
-     "minute of all threads. If the machine measures the power of the processor, the table gives the power too.",
+     "minute of all threads.",
      bench_latency},
     {"import", "Import",
      "Scans and meshes of clinical size are imported. The table gives the CPU time per voxel, and the peak memory "

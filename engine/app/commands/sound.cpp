@@ -16,7 +16,7 @@
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/commands/sound_listening.h"
+#include "engine/app/commands/sound_page.h"
 #include "engine/app/sound_picture.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -448,7 +448,6 @@ void add_sound_command(cli::Command& app) {
   d->callback([picture] { run_picture(*picture); });
 
   add_sound_page_command(*sound);
-  add_sound_abx_command(*sound);
 }
 
 }  // namespace typodont

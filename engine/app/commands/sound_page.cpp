@@ -1,19 +1,16 @@
-#include "engine/app/commands/sound_listening.h"
+#include "engine/app/commands/sound_page.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
-#include <random>
 
 #include "audio/ar_fit.h"
 #include "audio/compare.h"
 #include "audio/drill_synth.h"
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
-#include "engine/app/experiment/abx.h"
 #include "engine/app/sound_picture.h"
 #include "engine/base/base64.h"
 #include "engine/base/error.h"
@@ -137,78 +134,6 @@ void run_page(const PageCommand& c) {
   fmt::print("{}: {:.2f} dB log-spectral distance to {:.0f} Hz\n", c.out, compared.distance_dB, compared.up_to);
 }
 
-struct AbxCommand {
-  std::vector<std::string> sounds;
-  std::string out, key, answers;
-  int trials = 16;
-  double excerpt = 1.5;  // s, duration of an excerpt that the listener hears
-  std::uint64_t seed = 0;
-};
-
-/// Cuts a part out of a sound. All parts get the same loudness, and a fade at both ends prevents clicks.
-std::vector<double> excerpt_of(std::span<const double> x, double rate, double from, double seconds) {
-  constexpr double kLoudness = 0.1;  // root mean square of the samples after scaling; full scale is 1
-  constexpr double kFade = 0.02;     // s, duration of the fade-in and of the fade-out of an excerpt
-  const auto first = static_cast<std::size_t>(from * rate), count = static_cast<std::size_t>(seconds * rate);
-  std::vector<double> y(x.begin() + static_cast<std::ptrdiff_t>(first),
-                        x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), first + count)));
-  const double power = std::inner_product(y.begin(), y.end(), y.begin(), 0.0) / static_cast<double>(y.size());
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double from_end = static_cast<double>(std::min(i, y.size() - 1 - i)) / (kFade * rate);
-    y[i] *= kLoudness / std::sqrt(power + 1e-12) * std::min(1.0, from_end);
-  }
-  return y;
-}
-
-void make_abx(const AbxCommand& c) {
-  if (c.trials < 1 || c.trials > 100) throw Error("--trials", "", fmt::to_string(c.trials), "1 to 100");
-  if (!(c.excerpt >= 0.2 && c.excerpt <= 20)) throw Error("--excerpt", "", fmt::to_string(c.excerpt), "0.2 to 20 s");
-  const std::uint64_t seed = c.seed != 0 ? c.seed : std::random_device{}();
-  std::vector<std::vector<double>> whole;
-  std::vector<double> rates;
-  for (const std::string& file : c.sounds) {
-    const audio::Recording sound = audio::read_recording(file);
-    whole.push_back(sound.mono());
-    rates.push_back(sound.rate);
-    if (static_cast<double>(sound.length()) < c.excerpt * sound.rate)
-      throw Error(file, "", fmt::format("{:.2f} s", static_cast<double>(sound.length()) / sound.rate),
-                  fmt::format("at least {} s, or a shorter --excerpt", c.excerpt));
-  }
-  const AbxKey key = abx_key(c.sounds[0], c.sounds[1], c.trials, seed);
-  std::mt19937_64 random(seed ^ 0xabc);
-  const TemporaryFolder folder;
-  std::vector<std::vector<std::uint8_t>> sounds;
-  const auto add = [&](std::size_t which) {
-    const double last = static_cast<double>(whole[which].size()) / rates[which] - c.excerpt;
-    const double from = std::max(0.0, last) * static_cast<double>(random() >> 11) * 0x1p-53;
-    const auto file = folder.path() / "part.wav";
-    write_wav(file, excerpt_of(whole[which], rates[which], from, c.excerpt), rates[which]);
-    sounds.push_back(bytes_of(file));
-    std::filesystem::remove(file);
-  };
-  add(0);
-  add(1);
-  for (const bool b : key.x_is_b) add(b ? 1 : 0);
-  write_file_atomically(c.key, to_json(key), FileKind::kJson);
-  write_file_atomically(c.out, abx_page(key, sounds), FileKind::kPage);
-  fmt::print("{}: {} trials; keep {} away from the listener\n", c.out, c.trials, c.key);
-}
-
-void run_abx(const AbxCommand& c) {
-  if (!c.answers.empty()) {
-    if (c.key.empty()) throw Error("--key", "", "nothing", "the key that was written with the page");
-    const AbxKey key = load_abx_key(c.key);
-    const AbxResult result = judge(key, load_abx_answers(c.answers, key.x_is_b.size()));
-    fmt::print("{} of {} right, {:.0f} % ({:.0f} to {:.0f} %); by chance with a probability of {:.3g}\n", result.right,
-               result.trials, 100 * result.fraction.value, 100 * result.fraction.low, 100 * result.fraction.high,
-               result.chance);
-    return;
-  }
-  if (c.sounds.size() != 2) throw Error("sounds", "", fmt::to_string(c.sounds.size()), "two sound files, or --answers");
-  if (c.out.empty() || c.key.empty()) throw Error(c.out.empty() ? "--out" : "--key", "", "nothing", "a file to write");
-  make_abx(c);
-}
-
 }  // namespace
 
 void add_sound_page_command(cli::Command& sound) {
@@ -223,23 +148,6 @@ void add_sound_page_command(cli::Command& sound) {
   p->add_option("--part", page->options.part, "Use only the longest run-up, idle, load or run-down");
   p->footer("The page is one file and fetches nothing.\nExample:\n  typodont sound page drill.wav --out drill.html");
   p->callback([page] { run_page(*page); });
-}
-
-void add_sound_abx_command(cli::Command& sound) {
-  auto abx = std::make_shared<AbxCommand>();
-  cli::Command* a = sound.add_command("abx", "Blind listening: can a person tell two sounds apart?");
-  a->add_option("sounds", abx->sounds, "Two sound files, A and B");
-  a->add_option("--out", abx->out, "Page for the listener to write (.html)")->check(cli::writes({FileKind::kPage}));
-  a->add_option("--key", abx->key, "Key (.json): written with the page, read with --answers");
-  a->add_option("--answers", abx->answers, "The listener's answers: prints how many are right");
-  a->add_option("--trials", abx->trials, "Number of trials")->show_default();
-  a->add_option("--excerpt", abx->excerpt, "Length of each sound, s")->show_default();
-  a->add_option("--seed", abx->seed, "Seed of the random order (default: another one each time)");
-  a->footer(
-      "The page is one file and fetches nothing; which sound each X is stands only in the key.\n"
-      "Example:\n  typodont sound abx drill.wav model.wav --out abx.html --key key.json\n"
-      "  typodont sound abx --key key.json --answers answers.txt");
-  a->callback([abx] { run_abx(*abx); });
 }
 
 }  // namespace typodont

@@ -1,0 +1,12 @@
+// The command `typodont sound page`: a page with a recording and its model.
+#pragma once
+
+namespace typodont {
+
+namespace cli {
+class Command;
+}
+
+void add_sound_page_command(cli::Command& sound);
+
+}  // namespace typodont
