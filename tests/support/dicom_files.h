@@ -34,7 +34,11 @@ struct DicomImage {
   std::optional<glm::dvec3> position;
   std::optional<std::pair<glm::dvec3, glm::dvec3>> orientation;  // direction along a row, direction down a column
   glm::dvec2 spacing{1};                                         // across, down
-  double gap = 0, slope = 1, intercept = 0, tilt = 0;
+  double gap = 0, thickness = 0, slope = 1, intercept = 0, tilt = 0;
+  std::string slope_text, kernel;  // slope_text: replaces `slope`
+  std::optional<double> location;  // Slice Location
+  std::optional<std::uint16_t> padding;
+  std::uint16_t bits_stored = 16, high_bit = 15;
   std::string image_type = "ORIGINAL\\PRIMARY\\AXIAL";
   std::vector<glm::dvec3> frame_positions;  // for an enhanced image with many frames
 };
@@ -140,8 +144,10 @@ inline std::string dicom_bytes(const DicomImage& image, Syntax syntax = Syntax::
   w.text(0x0010, 0x0010, "PN", kPatient);
   w.text(0x0010, 0x0020, "LO", kPatientId);
   w.text(0x0010, 0x0030, "DA", kBirthDate);
+  if (image.thickness > 0) w.text(0x0018, 0x0050, "DS", fmt::format("{:.10g}", image.thickness));
   if (image.gap > 0) w.text(0x0018, 0x0088, "DS", fmt::format("{:.10g}", image.gap));
   if (image.tilt != 0) w.text(0x0018, 0x1120, "DS", fmt::format("{:.10g}", image.tilt));
+  if (!image.kernel.empty()) w.text(0x0018, 0x1210, "SH", image.kernel);
   w.text(0x0020, 0x000d, "UI", "1.2.3");
   w.text(0x0020, 0x000e, "UI", image.series);
   w.text(0x0020, 0x0011, "IS", fmt::format("{}", image.series_number));
@@ -150,6 +156,7 @@ inline std::string dicom_bytes(const DicomImage& image, Syntax syntax = Syntax::
   if (image.position) w.text(0x0020, 0x0032, "DS", decimals(*image.position));
   if (image.orientation)
     w.text(0x0020, 0x0037, "DS", decimals(image.orientation->first) + "\\" + decimals(image.orientation->second));
+  if (image.location) w.text(0x0020, 0x1041, "DS", fmt::format("{:.10g}", *image.location));
   w.number(0x0028, 0x0002, 1);
   w.text(0x0028, 0x0004, "CS", "MONOCHROME2");
   if (image.frames > 1) w.text(0x0028, 0x0008, "IS", fmt::format("{}", image.frames));
@@ -158,11 +165,12 @@ inline std::string dicom_bytes(const DicomImage& image, Syntax syntax = Syntax::
   if (image.spacing.x > 0)
     w.text(0x0028, 0x0030, "DS", fmt::format("{:.10g}\\{:.10g}", image.spacing.y, image.spacing.x));
   w.number(0x0028, 0x0100, 16);
-  w.number(0x0028, 0x0101, 16);
-  w.number(0x0028, 0x0102, 15);
+  w.number(0x0028, 0x0101, image.bits_stored);
+  w.number(0x0028, 0x0102, image.high_bit);
   w.number(0x0028, 0x0103, 0);
+  if (image.padding) w.number(0x0028, 0x0120, *image.padding);
   w.text(0x0028, 0x1052, "DS", fmt::format("{:.10g}", image.intercept));
-  w.text(0x0028, 0x1053, "DS", fmt::format("{:.10g}", image.slope));
+  w.text(0x0028, 0x1053, "DS", image.slope_text.empty() ? fmt::format("{:.10g}", image.slope) : image.slope_text);
   if (!image.frame_positions.empty()) {
     std::vector<std::string> frames;
     for (const glm::dvec3& p : image.frame_positions) {

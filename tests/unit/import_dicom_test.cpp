@@ -141,6 +141,11 @@ TEST(ImportDicom, AFolderOfFoldersAnArchiveADirectoryFileAndOneFileGiveTheSameTi
   test::write(folder / "DICOMDIR", directory.file());
   expect_reference(import_tissue(folder / "DICOMDIR", {}));
   expect_reference(import_tissue(folder, {}));  // with the DICOMDIR among them
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    const auto file = folder / "A" / "B" / fmt::format("I{:03}", k);
+    std::filesystem::rename(file, file.string() + ".dcm");
+  }
+  expect_reference(import_tissue(folder / "DICOMDIR", {}));
 
   DicomImage all = images[0];
   all.frames = kSize.z;
@@ -313,6 +318,79 @@ TEST(ImportDicom, SlicesWithoutPositionsAreUsedInTheirOrderWithAMessage) {
   for (DicomImage& image : images) image.gap = 0;
   EXPECT_THAT(message_of(test::write_series("unspaced", images)),
               AllOf(HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm")));
+}
+
+TEST(ImportDicom, SlicesWithoutUsefulPositionsArePlacedByTheirLocationWithAMessage) {
+  std::vector<DicomImage> images = slices();
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    images[k].location = kVoxel * static_cast<double>(k);
+    images[k].order = static_cast<int>(5 * k % images.size());  // orders, names and thicknesses say something else
+    images[k].thickness = 2 * kVoxel;
+    images[k].position.reset();
+  }
+  const Imported unplaced = import_tissue(test::write_series("located", images), {});
+  EXPECT_EQ(unplaced.tissue.distance, reference().tissue.distance);
+  EXPECT_THAT(unplaced.report.notes, Contains(HasSubstr("no Image Position, so the slices are placed by Slice Loc")));
+  for (DicomImage& image : images) image.position = kOrigin;
+  const Imported same = import_tissue(test::write_series("same_place", images), {});
+  EXPECT_EQ(same.tissue.distance, reference().tissue.distance);
+  EXPECT_THAT(same.report.notes, Contains(HasSubstr("same Image Position, so the slices are placed by Slice Loc")));
+  for (DicomImage& image : images) image.position.reset(), image.location.reset();
+  EXPECT_THAT(import_tissue(test::write_series("thick", images), {}).report.notes,
+              Contains(HasSubstr("no distance between slices: it is taken to be their thickness")));
+  for (DicomImage& image : images) image.order = 1;
+  EXPECT_THAT(message_of(test::write_series("no_order", images)), HasSubstr("without an order, a position or a loc"));
+}
+
+TEST(ImportDicom, TwoReconstructionsInOneSeriesAreTwoScans) {
+  std::vector<DicomImage> images = slices();
+  const std::size_t count = images.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    images[k].kernel = "SOFT";
+    images.push_back(images[k]);
+    images.back().kernel = "SHARP", images.back().instance += ".2";
+    for (std::uint16_t& g : images.back().pixels) g = 400;
+  }
+  const auto folder = test::write_series("kernels", images);
+  EXPECT_THAT(message_of(folder), AllOf(HasSubstr("1: CT, series 1, kernel SHARP, 28 slices"), HasSubstr("2: CT, seri"),
+                                        HasSubstr("kernel SOFT")));
+  ImportOptions options;
+  options.series = 2;
+  expect_reference(import_tissue(folder, options));
+}
+
+TEST(ImportDicom, PaddingIsReadAsAir) {
+  std::vector<DicomImage> images = slices();
+  for (DicomImage& image : images) {
+    image.padding = 63000;
+    for (int x = 0; x < kSize.x; ++x) image.pixels[static_cast<std::size_t>(x)] = 63000;
+  }
+  const Imported i = import_tissue(test::write_series("padded", images), {});
+  EXPECT_NEAR(i.report.soft_grey, reference().report.soft_grey, 4);
+  EXPECT_NEAR(i.report.height, reference().report.height, 0.02e-3);
+  EXPECT_THAT(i.report.notes, Contains(HasSubstr("4 % of the voxels lie outside the measured region")));
+}
+
+TEST(ImportDicom, UnusedLowBitsAreShiftedOutAndContradictionsRefused) {
+  std::vector<DicomImage> images = slices();
+  for (DicomImage& image : images) {
+    image.bits_stored = 12;
+    for (std::uint16_t& g : image.pixels) g = static_cast<std::uint16_t>(g << 4 | 5);
+  }
+  expect_reference(import_tissue(test::write_series("high_bit", images), {}));
+  for (DicomImage& image : images) image.high_bit = 7;
+  EXPECT_THAT(message_of(test::write_series("low_high_bit", images)),
+              HasSubstr("High Bit (0028,0102) that contradict"));
+}
+
+TEST(ImportDicom, ANumberThatIsCutAtAnUnknownCharacterIsRefused) {
+  std::vector<DicomImage> images = slices();
+  for (const char* text : {"1,5", "1.5x", "1 5", "1\\x"}) {
+    SCOPED_TRACE(text);
+    images[9].slope_text = text;
+    EXPECT_THAT(message_of(test::write_series(fmt::format("number{}", text[1]), images)),
+                AllOf(HasSubstr("Rescale Slope (0028,1053)"), HasSubstr(fmt::format("found \"{}\"", text))));
+  }
 }
 
 TEST(ImportDicom, NoPersonalDataAreWritten) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
+#include <map>
 #include <set>
 
 #include "engine/base/error.h"
@@ -32,16 +34,17 @@ constexpr std::size_t kLeastSlices = 4;
 struct Slice {
   std::size_t file = 0, frame = 0;
   bool placed = false;
-  dvec3 position{0};  // mm, position of the slice's first pixel
+  dvec3 position{0};               // mm, position of the slice's first pixel
+  std::optional<double> location;  // mm, position along the stack
   double slope = 1, intercept = 0;
-  int order = 0, acquisition = 0;
-  std::uint64_t instance = 0;
+  DicomFile of;
 };
 
 /// Slices that can belong to one scan, because their series, size and orientation are equal.
 struct Stack {
   DicomHeader head;  // header of the first file; its list of frames contains only the frame of the first slice
   std::vector<Slice> slices;
+  std::string note;  // how the slices were placed, if the file leaves it open
 };
 
 bool begins_dicom(std::string_view start) {
@@ -83,8 +86,10 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
     if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
     const std::string lower = lower_case(part.string());
     std::error_code code;
-    // Both upper-case and lower-case names are tried, because systems often show the names on a disc in lower case.
-    at = fs::exists(at / part, code) ? at / part : at / lower;
+    // Systems show the names on a disc in lower case, and programs that copy a disc add an extension.
+    const fs::path tried[] = {part, lower, part.string() + ".dcm", lower + ".dcm"};
+    const auto* const found = std::ranges::find_if(tried, [&](const fs::path& p) { return fs::exists(at / p, code); });
+    at /= found == std::end(tried) ? part : *found;
     if (fs::is_symlink(at, code)) return std::nullopt;
   }
   std::error_code code;
@@ -121,33 +126,65 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
+constexpr double kSamePlace = 1e-3;  // mm; slices closer to each other than this are at the same position
+
+/// Places slices by their Slice Location if they have no position, or all the same one.
+void place_by_location(Stack& stack) {
+  std::vector<Slice>& all = stack.slices;
+  const bool located = std::ranges::all_of(all, [](const Slice& s) { return s.location.has_value(); });
+  const bool unplaced = std::ranges::none_of(all, &Slice::placed);
+  const auto spread = [&](const auto& value) {
+    const auto [low, high] = std::ranges::minmax_element(all, {}, value);
+    return value(*high) - value(*low);
+  };
+  const dvec3 normal = axes_of(stack).normal;
+  if (!located || all.size() < 2 || spread([](const Slice& s) { return *s.location; }) < kSamePlace) return;
+  const auto beside = [&](const Slice& s) { return glm::length(s.position - all[0].position) >= kSamePlace; };
+  if (!unplaced && std::ranges::any_of(all, beside)) return;
+  for (Slice& s : all) {
+    s.position += normal * (*s.location - (unplaced ? 0 : glm::dot(s.position, normal)));
+    s.placed = true;
+  }
+  stack.note =
+      fmt::format("{}, so the slices are placed by Slice Location (0020,1041); left and right may be exchanged",
+                  unplaced ? "the slices have no Image Position" : "all slices have the same Image Position");
+}
+
 /// Splits a stack that contains several scans of the same region into one stack per scan, and removes copies of slices.
 /// `copies` is increased by the number of removed copies.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
-  std::vector<Slice>& all = stack.slices;
   const auto along = [&](const Slice& s) { return glm::dot(s.position, normal); };
   std::set<std::pair<std::uint64_t, std::size_t>> known;
-  copies += std::erase_if(all, [&](const Slice& s) { return !known.insert({s.instance, s.frame}).second; });
-  std::ranges::stable_sort(all, [&](const Slice& a, const Slice& b) {
-    return a.placed && b.placed ? along(a) < along(b) : std::pair(a.order, a.frame) < std::pair(b.order, b.frame);
+  copies += std::erase_if(stack.slices, [&](const Slice& s) { return !known.insert({s.of.instance, s.frame}).second; });
+  place_by_location(stack);
+  std::ranges::stable_sort(stack.slices, [&](const Slice& a, const Slice& b) {
+    return a.placed && b.placed ? along(a) < along(b) : std::pair(a.of.order, a.frame) < std::pair(b.of.order, b.frame);
   });
-  constexpr double kSamePlace = 1e-3;  // mm; slices closer to each other than this are at the same position
-  bool twice = false;
-  std::set<int> acquisitions;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    acquisitions.insert(all[k].acquisition);
-    twice = twice || (k > 0 && all[k].placed && std::abs(along(all[k]) - along(all[k - 1])) < kSamePlace);
+  const auto twice = [&](const Stack& s) {
+    return std::ranges::adjacent_find(s.slices, [&](const Slice& a, const Slice& b) {
+             return a.placed && b.placed && along(b) - along(a) < kSamePlace;
+           }) != s.slices.end();
+  };
+  if (!twice(stack)) return {std::move(stack)};
+  // Takes the first attribute that tells the scans apart.
+  using Key = std::string (*)(const DicomFile&);
+  for (const Key key : {Key{[](const DicomFile& f) { return fmt::format("acquisition {}", f.acquisition); }},
+                        Key{[](const DicomFile& f) { return fmt::format("phase {}", f.phase); }},
+                        Key{[](const DicomFile& f) { return fmt::format("kernel {}", f.kernel); }},
+                        Key{[](const DicomFile& f) { return fmt::format("echo {}", f.echo); }}}) {
+    std::map<std::string, Stack> parts;
+    for (const Slice& s : stack.slices) {
+      Stack& part = parts.try_emplace(key(s.of), Stack{stack.head, {}, stack.note}).first->second;
+      part.slices.push_back(s);
+      part.head.file = part.slices[0].of;
+    }
+    if (parts.size() < 2 || std::ranges::any_of(parts, [&](const auto& part) { return twice(part.second); })) continue;
+    std::vector<Stack> found;
+    for (auto& [name, part] : parts) found.push_back(std::move(part));
+    return found;
   }
-  if (!twice || acquisitions.size() < 2) return {std::move(stack)};
-  std::vector<Stack> parts;
-  for (const int acquisition : acquisitions) {
-    Stack part{stack.head, {}};
-    std::ranges::copy_if(all, std::back_inserter(part.slices),
-                         [&](const Slice& s) { return s.acquisition == acquisition; });
-    parts.push_back(std::move(part));
-  }
-  return parts;
+  return {std::move(stack)};
 }
 
 std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_t& copies) {
@@ -166,8 +203,9 @@ std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_
       if (found == stacks.end() && stacks.size() == kMostStacks) continue;
       Stack& stack = found == stacks.end() ? stacks.emplace_back() : *found;
       if (stack.slices.empty()) stack.head.file = h.file, stack.head.frames = {frame};
-      stack.slices.push_back({f, k, frame.has_position != 0, vec(frame.position), frame.slope, frame.intercept,
-                              h.file.order, h.file.acquisition, h.file.instance});
+      stack.slices.push_back({f, k, frame.has_position != 0, vec(frame.position),
+                              frame.has_location ? std::optional(frame.location) : std::nullopt, frame.slope,
+                              frame.intercept, h.file});
     }
   }
   std::vector<Stack> all;
@@ -180,8 +218,10 @@ std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_
 
 std::string in_words(const Stack& s) {
   const DicomFrame& f = s.head.frames[0];
-  return fmt::format("{}, series {}, {} slices of {} x {}{}", s.head.file.modality[0] ? s.head.file.modality : "?",
-                     s.head.file.series_number, s.slices.size(), s.head.file.columns, s.head.file.rows,
+  const DicomFile& file = s.head.file;
+  return fmt::format("{}, series {}{}{}, {} slices of {} x {}{}", file.modality[0] ? file.modality : "?",
+                     file.series_number, file.kernel[0] ? fmt::format(", kernel {}", file.kernel) : "",
+                     file.phase ? fmt::format(", phase {}", file.phase) : "", s.slices.size(), file.columns, file.rows,
                      f.has_spacing ? fmt::format(", {:.3g} mm a voxel", f.spacing[1]) : "");
 }
 
@@ -294,15 +334,25 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   // Computes the positions of the slices.
   const Axes axes = axes_of(stack);
   const bool placed =
-      first.has_orientation && std::ranges::all_of(stack.slices, [](const Slice& s) { return s.placed; });
+      (first.has_orientation || !stack.note.empty()) && std::ranges::all_of(stack.slices, &Slice::placed);
   scan.has_spacing = first.has_spacing && first.spacing[0] > 0 && first.spacing[1] > 0;
   SliceLevels levels;
   if (placed) {
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
+    if (!stack.note.empty()) scan.notes.push_back(stack.note);
   } else {
     // If the file states no positions, its frames are the slices in the same order, at the distance that the file
     // states.
+    const auto same_order = [](const Slice& a, const Slice& b) {
+      return a.of.order == b.of.order && a.frame == b.frame;
+    };
+    if (std::ranges::adjacent_find(stack.slices, same_order) != stack.slices.end()) {
+      throw Error(name, "Instance Number (0020,0013)", "slices without an order, a position or a location",
+                  "slices that say where they lie");
+    }
+    if (first.gap_is_thickness)
+      scan.notes.emplace_back("the file states no distance between slices: it is taken to be their thickness");
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -340,6 +390,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     const std::uint64_t bytes = 8ull * area * headers[f].file.frames;
     largest = std::max(largest, bytes), total += bytes;
   }
+  constexpr float kPadding = -std::numeric_limits<float>::infinity();  // marks padding until all slices are read
   std::vector<float> raw(area * stack.slices.size());
   std::size_t next = 0;
   bool lossy = false;
@@ -361,10 +412,21 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       std::vector<float> grey = decode(own, area, element, false);
       // In the format MONOCHROME1, the smallest value is white, so the sign of the values is changed.
       const double sign = pixels.inverted ? -1 : 1;
-      for (std::size_t i = 0; i < area; ++i)
-        raw[k * area + i] = static_cast<float>(sign * (s.slope * static_cast<double>(grey[i]) + s.intercept));
+      for (std::size_t i = 0; i < area; ++i) {
+        const double stored = static_cast<double>(grey[i]);
+        const bool is_padding =
+            pixels.has_padding && stored >= pixels.lowest_padding && stored <= pixels.highest_padding;
+        raw[k * area + i] = is_padding ? kPadding : static_cast<float>(sign * (s.slope * stored + s.intercept));
+      }
     }
   });
+  if (const auto padded = std::ranges::count(raw, kPadding); padded > 0) {
+    float darkest = std::numeric_limits<float>::infinity();
+    for (const float g : raw) darkest = g > kPadding ? std::min(darkest, g) : darkest;
+    std::ranges::replace(raw, kPadding, darkest);
+    scan.notes.push_back(fmt::format("{:.0f} % of the voxels lie outside the measured region (padding): read as air",
+                                     100.0 * static_cast<double>(padded) / static_cast<double>(raw.size())));
+  }
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
   // If the slices are not evenly spaced, each slice of the result is interpolated between two slices of the stack.
@@ -419,7 +481,17 @@ RawScan read_dicom(const ScanRequest& request) {
   if (files.size() == 1 && unreadable == 1) throw Error(name, "", "a damaged DICOM file", "a whole one");
   const std::vector<Stack> stacks = stacks_of(headers, copies);
   std::vector<std::string> notes;
+  const auto refuse_malformed = [&](const std::optional<std::uint64_t>& series) {
+    for (const DicomHeader& h : headers) {
+      if (h.malformed.empty() || (series && h.file.series != *series)) continue;
+      const std::size_t end = h.malformed.find('\n');
+      throw Error(name, h.malformed.substr(0, end), excerpt(std::string_view(h.malformed).substr(end + 1)),
+                  "numbers with a decimal point");
+    }
+  };
+  if (stacks.empty()) refuse_malformed(std::nullopt);
   const Stack& stack = chosen(stacks, request, notes);
+  refuse_malformed(stack.head.file.series);
   RawScan scan = read_stack(name, files, headers, stack, request.memory);
   if (unreadable > 0) notes.push_back(fmt::format("{} damaged DICOM files were left out", unreadable));
   if (color > 0) notes.push_back(fmt::format("{} colour pictures were left out", color));

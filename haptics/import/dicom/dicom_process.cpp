@@ -106,6 +106,7 @@ std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::pat
         case DicomRecord::kFile:
           sound = out.read(&header.file, sizeof header.file);
           header.file.modality[sizeof header.file.modality - 1] = '\0';
+          header.file.kernel[sizeof header.file.kernel - 1] = '\0';
           break;
         case DicomRecord::kFrame:
           header.frames.emplace_back();
@@ -114,6 +115,9 @@ std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::pat
         case DicomRecord::kReference:
           header.references.emplace_back();
           sound = read_text(out, header.references.back());
+          break;
+        case DicomRecord::kRefused:
+          sound = read_text(out, header.malformed);
           break;
         default:
           sound = false;

@@ -15,6 +15,7 @@ struct DicomHeader {
   DicomFile file;
   std::vector<DicomFrame> frames;
   std::vector<std::string> references;  // names of the files to which a DICOMDIR refers
+  std::string malformed;                // a number that cannot be read: "place\nfound"; empty: none
 };
 
 /// Reads the headers of the files. If the reader process crashes on a file, this file counts as unreadable, and the

@@ -65,23 +65,43 @@ std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
   return text;
 }
-/// Reads `count` numbers from a text such as "1\2\3". If a number is missing, returns false and does not change `to`.
-bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double* to, std::size_t count) {
+/// A number that cannot be read, such as "1,5".
+struct Malformed {
+  std::string place, found;
+};
+/// Reads `count` numbers from a text such as "1\2\3". Returns false if the element is missing or empty. Throws
+/// Malformed if a number is missing, or if anything follows it: half a number would be a wrong one.
+bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name, double* to, std::size_t count) {
   const std::string text = text_of(set, tag);
-  std::vector<double> numbers(count);
-  const char* p = text.c_str();
-  for (double& number : numbers) {
-    char* end = nullptr;
-    number = std::strtod(p, &end);
-    if (end == p || !std::isfinite(number)) return false;
-    p = end + (*end == '\\');
+  if (text.find_first_not_of(' ') == std::string::npos) return false;
+  std::vector<double> numbers;
+  bool whole = true;
+  for (std::size_t from = 0; whole && from <= text.size();) {
+    const std::size_t end = std::min(text.find('\\', from), text.size());
+    const std::string part = text.substr(from, end - from);
+    char* rest = nullptr;
+    const double number = std::strtod(part.c_str(), &rest);
+    whole =
+        rest != part.c_str() && std::string(rest).find_first_not_of(' ') == std::string::npos && std::isfinite(number);
+    numbers.push_back(number);
+    from = end + 1;
   }
-  std::copy(numbers.begin(), numbers.end(), to);
+  if (!whole || numbers.size() < count) {
+    char place[80];
+    std::snprintf(place, sizeof place, "%s (%04x,%04x)", name, tag.GetGroup(), tag.GetElement());
+    throw Malformed{place, text};
+  }
+  std::copy_n(numbers.begin(), count, to);
   return true;
 }
+/// Returns a number that is not needed to place or to scale a slice.
 double number_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double otherwise) {
   double value = otherwise;
-  return numbers_of(set, tag, &value, 1) ? value : otherwise;
+  try {
+    return numbers_of(set, tag, "", &value, 1) ? value : otherwise;
+  } catch (const Malformed&) {
+    return otherwise;
+  }
 }
 std::uint32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   if (!set.FindDataElement(tag)) return 0;
@@ -99,14 +119,18 @@ std::uint64_t hash_of(const std::string& text) {
 /// Reads the data of one frame. The data set `set` is either that of the whole file or an item of the frame's
 /// functional groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
-  if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
-  if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
-  if (numbers_of(set, gdcm::Tag(0x0028, 0x0030), f.spacing, 2)) f.has_spacing = 1;
-  double gap = number_of(set, gdcm::Tag(0x0018, 0x0088), 0);
-  if (!(gap > 0)) gap = number_of(set, gdcm::Tag(0x0018, 0x0050), 0);
-  if (gap > 0) f.has_gap = 1, f.gap = gap;
-  f.slope = number_of(set, gdcm::Tag(0x0028, 0x1053), f.slope);
-  f.intercept = number_of(set, gdcm::Tag(0x0028, 0x1052), f.intercept);
+  if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), "Image Position", f.position, 3)) f.has_position = 1;
+  if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), "Image Orientation", f.orientation, 6)) f.has_orientation = 1;
+  if (numbers_of(set, gdcm::Tag(0x0028, 0x0030), "Pixel Spacing", f.spacing, 2)) f.has_spacing = 1;
+  if (numbers_of(set, gdcm::Tag(0x0020, 0x1041), "Slice Location", &f.location, 1)) f.has_location = 1;
+  double gap = 0;
+  numbers_of(set, gdcm::Tag(0x0018, 0x0088), "Spacing Between Slices", &gap, 1);
+  if (gap > 0) f.has_gap = 1, f.gap = gap, f.gap_is_thickness = 0;
+  double thickness = 0;
+  numbers_of(set, gdcm::Tag(0x0018, 0x0050), "Slice Thickness", &thickness, 1);
+  if (thickness > 0 && !f.has_gap) f.has_gap = 1, f.gap = thickness, f.gap_is_thickness = 1;
+  numbers_of(set, gdcm::Tag(0x0028, 0x1053), "Rescale Slope", &f.slope, 1);
+  numbers_of(set, gdcm::Tag(0x0028, 0x1052), "Rescale Intercept", &f.intercept, 1);
 }
 void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
   // The tags of four sequences: plane position, plane orientation, pixel measures, pixel value transformation.
@@ -151,12 +175,17 @@ void headers(const std::string& name, std::uint32_t number) {
   };
   file.series_number = whole(gdcm::Tag(0x0020, 0x0011));
   file.acquisition = whole(gdcm::Tag(0x0020, 0x0012));
+  file.phase = whole(gdcm::Tag(0x0020, 0x0100));
+  file.echo = whole(gdcm::Tag(0x0018, 0x0086));
   file.order = whole(gdcm::Tag(0x0020, 0x0013));
   file.tilt = number_of(set, gdcm::Tag(0x0018, 0x1120), 0);
   file.derived_view = text_of(set, gdcm::Tag(0x0008, 0x0008)).find("LOCALIZER") != std::string::npos;
   const std::string modality = text_of(set, gdcm::Tag(0x0008, 0x0060));
   for (std::size_t k = 0; k < std::min<std::size_t>(modality.size(), 4); ++k)
     file.modality[k] = modality[k] >= 'A' && modality[k] <= 'Z' ? modality[k] : '?';
+  const std::string kernel = text_of(set, gdcm::Tag(0x0018, 0x1210));
+  for (std::size_t k = 0; k < std::min(kernel.size(), sizeof file.kernel - 1); ++k)
+    file.kernel[k] = kernel[k] >= ' ' && kernel[k] <= '~' ? kernel[k] : '?';
   // A segmentation has one bit per voxel, and no grey values.
   const bool segmentation = short_of(set, gdcm::Tag(0x0028, 0x0100)) == 1;
   const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0 && !segmentation;
@@ -232,6 +261,33 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   return true;
 }
 
+/// If the pixels are stored above unused low bits (High Bit > Bits Stored - 1), shifts them down. Returns false if
+/// these attributes contradict each other.
+bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vector<char>& bytes) {
+  const gdcm::DataSet& set = file.GetDataSet();
+  const std::uint32_t allocated = short_of(set, gdcm::Tag(0x0028, 0x0100)),
+                      stored = short_of(set, gdcm::Tag(0x0028, 0x0101)),
+                      high = short_of(set, gdcm::Tag(0x0028, 0x0102));
+  if (allocated != 16 || high + 1 == stored) return true;
+  const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
+  const gdcm::ByteValue* raw = image.GetDataElement().GetByteValue();
+  // GDCM gives wrong numbers here, so the shift is applied to the bytes of the file.
+  if (stored == 0 || high + 1 < stored || high > 15 || syntax.IsEncapsulated() || !raw ||
+      syntax == gdcm::TransferSyntax::ExplicitVRBigEndian || raw->GetLength() < bytes.size())
+    return false;
+  const bool is_signed = short_of(set, gdcm::Tag(0x0028, 0x0103)) == 1;
+  for (std::size_t k = 0; k + 1 < bytes.size(); k += 2) {
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, raw->GetPointer() + k, sizeof bits);
+    bits = static_cast<std::uint16_t>(bits << (15 - high));  // the value's first bit is now the word's first bit
+    const unsigned shift = 16 - stored;
+    const std::uint16_t value = is_signed ? static_cast<std::uint16_t>(static_cast<std::int16_t>(bits) >> shift)
+                                          : static_cast<std::uint16_t>(bits >> shift);
+    std::memcpy(&bytes[k], &value, sizeof value);
+  }
+  return true;
+}
+
 void pixels(const std::string& name, std::uint32_t number) {
   gdcm::ImageReader reader;
   reader.SetFileName(name.c_str());
@@ -240,6 +296,7 @@ void pixels(const std::string& name, std::uint32_t number) {
   if (is_cut(name, reader.GetFile(), image)) return say_text(DicomRecord::kRefused, "pixels that are cut off");
   DicomPixels head;
   head.number = number;
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   const gdcm::PixelFormat& format = image.GetPixelFormat();
   if (format.GetSamplesPerPixel() != 1) return say_text(DicomRecord::kRefused, "pixels of several colours");
   Element element{};
@@ -276,6 +333,19 @@ void pixels(const std::string& name, std::uint32_t number) {
   std::vector<char> bytes(image.GetBufferLength());
   if (bytes.empty() || !image.GetBuffer(bytes.data()))
     return say_text(DicomRecord::kRefused, "pixels that cannot be decoded");
+  if (!remove_low_bits(reader.GetFile(), image, bytes))
+    return say_text(DicomRecord::kRefused,
+                    "Bits Stored (0028,0101) and High Bit (0028,0102) that contradict each other");
+  const gdcm::Tag padding(0x0028, 0x0120), limit(0x0028, 0x0121);
+  if (set.FindDataElement(padding)) {
+    const bool is_signed = short_of(set, gdcm::Tag(0x0028, 0x0103)) == 1;
+    const auto value = [&](const gdcm::Tag& tag) {
+      const auto bits = static_cast<std::uint16_t>(short_of(set, tag));
+      return is_signed ? static_cast<double>(static_cast<std::int16_t>(bits)) : static_cast<double>(bits);
+    };
+    const double first = value(padding), last = set.FindDataElement(limit) ? value(limit) : first;
+    head.has_padding = 1, head.lowest_padding = std::min(first, last), head.highest_padding = std::max(first, last);
+  }
   head.lossy = image.IsLossy();
   head.bytes = bytes.size();
   say(DicomRecord::kPixels, head);
@@ -313,6 +383,8 @@ int main(int argc, char** argv) {
         pixels(names[number], number);
       else
         headers(names[number], number);
+    } catch (const Malformed& malformed) {
+      say_text(DicomRecord::kRefused, malformed.place + "\n" + malformed.found);
     } catch (const std::exception&) {
       if (want_pixels) {
         say_text(DicomRecord::kRefused, "pixels that cannot be decoded");

@@ -15,7 +15,7 @@ enum class DicomRecord : std::uint32_t {
   kFrame,      // followed by a DicomFrame, the data of one frame of the file
   kReference,  // name of a file to which a DICOMDIR refers, relative to the DICOMDIR: uint32 length, then the name
   kPixels,     // followed by a DicomPixels and the bytes of the pixels
-  kRefused,    // reason why the file was refused, in plain words: uint32 length, then the text
+  kRefused,    // why the file was refused: uint32 length, then the text; among headers "place\nfound"
   kEnd,        // end of the output
 };
 
@@ -26,19 +26,21 @@ struct DicomFile {
   DicomKind kind = DicomKind::kOther;
   std::uint32_t frames = 0;
   std::uint64_t series = 0, instance = 0;  // hashes of the DICOM identifiers (UIDs) of series and image
-  std::int32_t series_number = 0, acquisition = 0, order = 0;
-  char modality[8] = {};
+  std::int32_t series_number = 0, acquisition = 0, phase = 0, echo = 0, order = 0;
+  char modality[8] = {}, kernel[24] = {};  // kernel: name of the reconstruction filter
   std::uint32_t columns = 0, rows = 0;
   double tilt = 0;                // degrees, tilt of the gantry as the file states it
   std::uint8_t derived_view = 0;  // 1 if the image is an overview image (localizer)
 };
 
 struct DicomFrame {
-  std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0;
+  std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0, has_location = 0;
+  std::uint8_t gap_is_thickness = 0;  // 1 if `gap` is only the slice thickness
   // Position of the first voxel in mm; unit vectors of the row and column directions; spacing of rows and of columns in
   // mm.
   double position[3] = {}, orientation[6] = {}, spacing[2] = {};
-  double gap = 0;  // mm, distance between slices as the file states it
+  double gap = 0;       // mm, distance between slices as the file states it
+  double location = 0;  // mm, position along the stack
   double slope = 1, intercept = 0;
 };
 
@@ -47,6 +49,8 @@ struct DicomPixels {
   std::uint32_t element = 0;  // value of the enumeration Element (scan_element.h)
   std::uint8_t inverted = 0;  // 1 if the smallest value is white (MONOCHROME1)
   std::uint8_t lossy = 0;
+  std::uint8_t has_padding = 0;                    // 1 if some voxels lie outside the measured region
+  double lowest_padding = 0, highest_padding = 0;  // stored values of these voxels
   std::uint64_t bytes = 0;
 };
 
