@@ -60,9 +60,11 @@ static Header read_header(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw Error(file.string(), "", "an unreadable file", "a MetaImage");
   std::string line;
+  constexpr std::size_t kLongestLine = 1 << 16;
   for (int number = 1; number <= 500; ++number) {
     line.clear();
-    for (int c = in.get(); c != EOF && c != '\n' && line.size() < 4096; c = in.get()) line += static_cast<char>(c);
+    for (int c = in.get(); c != EOF && c != '\n' && line.size() < kLongestLine; c = in.get())
+      line += static_cast<char>(c);
     if (trimmed(line).empty()) {
       if (!in) break;
       continue;
@@ -124,8 +126,19 @@ static RawScan read_metaimage(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   const Header header = read_header(file);
   const double axes = header.numbers("NDims", 1)[0];
-  if (axes != 3) header.fail("NDims", "3");
-  const std::vector<double> dims = header.numbers("DimSize", 3);
+  if (axes != std::floor(axes) || axes < 3 || axes > 10)
+    header.fail("NDims", "3, or more if the further axes have size 1");
+  const auto n_axes = static_cast<std::size_t>(axes);
+  // The first three numbers of a vector with one number for each axis
+  const auto vector3 = [&](std::string_view key) {
+    std::vector<double> all = header.numbers(key, n_axes);
+    all.resize(3);
+    return all;
+  };
+  for (std::size_t a = 3; a < n_axes; ++a) {
+    if (header.numbers("DimSize", n_axes)[a] != 1) header.fail("DimSize", "3 axes longer than one");
+  }
+  const std::vector<double> dims = vector3("DimSize");
   std::vector<long long> sizes;
   for (const double d : dims) {
     if (!(d >= 1 && d <= 1e9) || d != std::floor(d)) header.fail("DimSize", "3 whole numbers");
@@ -159,11 +172,15 @@ static RawScan read_metaimage(const ScanRequest& request) {
   const std::size_t bytes = count * bytes_of(element);
 
   // Finds the file that contains the numbers, and their position in it.
-  const std::string& name = header.find("ElementDataFile")->value;
+  std::string name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
     header.fail("ElementDataFile", "LOCAL or the name of one file");
   }
+  // A path of another computer: the file has come along beside the header.
+  const auto foreign = name.find_last_of("\\/");
+  if (!local && foreign != std::string::npos && !std::filesystem::exists(file.parent_path() / name))
+    name.erase(0, foreign + 1);
   const std::filesystem::path data = local ? file : file.parent_path() / name;
   const std::uintmax_t total = size_of_file(data);
   std::uintmax_t from = local ? static_cast<std::uintmax_t>(header.end) : 0;
@@ -183,7 +200,15 @@ static RawScan read_metaimage(const ScanRequest& request) {
   RawScan scan;
   scan.format = "MetaImage";
   scan.space = "LPS";
-  scan.has_unit = true;  // the format defines that lengths are in mm
+  scan.has_unit = true;  // mm, unless the file states another unit
+  double unit = 1;       // mm
+  if (const Entry* e = header.find("DistanceUnits"); e && e->value == "?") {
+    scan.has_unit = false;
+  } else if (e) {
+    const std::optional<double> factor = millimetres_per(e->value);
+    if (!factor) header.fail("DistanceUnits", "a unit of length (mm, um, cm or m)");
+    unit = *factor;
+  }
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   if (!binary) {
     if (static_cast<double>(present) < 2.0 * static_cast<double>(count) - 1) {
@@ -209,23 +234,26 @@ static RawScan read_metaimage(const ScanRequest& request) {
     scan.grey = decode(packed ? unpack(data, read, bytes) : read, count, element, swap);
   }
 
-  // Reads spacing, directions and origin, which are in mm by definition of the format.
+  // Reads spacing, directions and origin.
   const char* spacing = header.find("ElementSpacing") ? "ElementSpacing" : "ElementSize";
   scan.spacing_place =
       header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";
   std::vector<double> mm{1, 1, 1};
   if (header.find(spacing)) {
-    mm = header.numbers(spacing, 3);
+    mm = vector3(spacing);
+    for (double& edge : mm) edge *= unit;
     scan.has_spacing = mm[0] > 0 && mm[1] > 0 && mm[2] > 0;
   }
   std::vector<double> directions{1, 0, 0, 0, 1, 0, 0, 0, 1};
   for (const char* key : {"TransformMatrix", "Rotation", "Orientation"}) {
-    if (header.find(key)) directions = header.numbers(key, 9);
+    if (!header.find(key)) continue;
+    const std::vector<double> all = header.numbers(key, n_axes * n_axes);
+    for (std::size_t a = 0; a < 9; ++a) directions[a] = all[a / 3 * n_axes + a % 3];
   }
   for (const char* key : {"Offset", "Position", "Origin"}) {
     if (!header.find(key)) continue;
-    const std::vector<double> o = header.numbers(key, 3);
-    scan.origin = {o[0], o[1], o[2]};
+    const std::vector<double> o = vector3(key);
+    scan.origin = unit * glm::dvec3(o[0], o[1], o[2]);
   }
   for (std::size_t k = 0; k < 3; ++k) {
     glm::dvec3 along(directions[3 * k], directions[3 * k + 1], directions[3 * k + 2]);

@@ -115,19 +115,6 @@ static std::string last_cause(std::string* all = nullptr) {
   throw Error(file.string(), field.empty() ? "NRRD" : place_of(file, field), cause, expected_in(field));
 }
 
-static std::optional<double> millimetres_per(std::string unit) {
-  std::erase(unit, ' ');
-  if (unit == "mm" || unit == "millimeter" || unit == "millimetre" || unit == "millimeters" || unit == "millimetres")
-    return 1;
-  if (unit == "um" || unit == "\xc2\xb5m" || unit == "\xce\xbcm" || unit == "micron" || unit == "microns" ||
-      unit == "micrometer" || unit == "micrometre" || unit == "micrometers" || unit == "micrometres") {
-    return 1e-3;
-  }
-  if (unit == "cm" || unit == "centimeter" || unit == "centimetre") return 10;
-  if (unit == "m" || unit == "meter" || unit == "metre" || unit == "meters" || unit == "metres") return 1e3;
-  return std::nullopt;
-}
-
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);

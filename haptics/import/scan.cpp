@@ -124,6 +124,19 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
   }
 }
 
+std::optional<double> millimetres_per(std::string unit) {
+  std::erase(unit, ' ');
+  if (unit == "mm" || unit == "millimeter" || unit == "millimetre" || unit == "millimeters" || unit == "millimetres")
+    return 1;
+  if (unit == "um" || unit == "\xc2\xb5m" || unit == "\xce\xbcm" || unit == "micron" || unit == "microns" ||
+      unit == "micrometer" || unit == "micrometre" || unit == "micrometers" || unit == "micrometres") {
+    return 1e-3;
+  }
+  if (unit == "cm" || unit == "centimeter" || unit == "centimetre") return 10;
+  if (unit == "m" || unit == "meter" || unit == "metre" || unit == "meters" || unit == "metres") return 1e3;
+  return std::nullopt;
+}
+
 std::string excerpt(std::string_view bytes) {
   std::string text = "\"";
   for (const char c : bytes.substr(0, 40)) text += std::isprint(static_cast<unsigned char>(c)) ? c : '.';

@@ -95,6 +95,8 @@ std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error
 /// Reads all numbers of a text such as "1 2.5 -3". Returns no value if the text contains anything else or a number that
 /// is not finite.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
+/// Millimetres per unit of length: "mm", "um", "cm", "m" or a spelling of their names. No value for another text.
+std::optional<double> millimetres_per(std::string unit);
 /// Returns the first bytes as text for a message.
 std::string excerpt(std::string_view bytes);
 

@@ -113,6 +113,26 @@ TEST(ImportMetaImage, PlainAndCompressedGiveTheSameTissue) {
   expect_reference(import_tissue(scratch("z.mha"), {}));
 }
 
+TEST(ImportMetaImage, UnitsFurtherAxesLongCommentsAndForeignPathsAreRead) {
+  const std::string head = "ObjectType = Image\nBinaryData = True\nElementType = MET_USHORT\n",
+                    data = bytes_as<std::uint16_t>(greys());
+  write(scratch("cm.mha"), "NDims = 3\n" + head + "DistanceUnits = cm\nElementSpacing = 0.025 0.025 0.025\n" +
+                               "DimSize = 30 26 28\nElementDataFile = LOCAL\n" + data);
+  expect_reference(import_tissue(scratch("cm.mha"), {}));
+  write(scratch("four.mha"),
+        "NDims = 4\n" + head + "Comment = " + std::string(5000, 'x') + "\n" +
+            "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\nElementSpacing = 0.25 0.25 0.25 1\n" +
+            "DimSize = 30 26 28 1\nElementDataFile = LOCAL\n" + data);
+  expect_reference(import_tissue(scratch("four.mha"), {}));
+  write(scratch("away.raw"), data);
+  write(scratch("away.mhd"), "NDims = 3\n" + head + "ElementSpacing = 0.25 0.25 0.25\nDimSize = 30 26 28\n" +
+                                 "ElementDataFile = C:\\Scans\\away.raw\n");
+  expect_reference(import_tissue(scratch("away.mhd"), {}));
+  write(scratch("series.mha"), "NDims = 4\n" + head + "ElementSpacing = 0.25 0.25 0.25 1\n" +
+                                   "DimSize = 30 26 28 2\nElementDataFile = LOCAL\n" + data + data);
+  EXPECT_THAT(message_of(scratch("series.mha")), AllOf(HasSubstr("DimSize"), HasSubstr("3 axes longer than one")));
+}
+
 TEST(ImportNifti, PlainAndGzippedGiveTheSameTissue) {
   write(scratch("a.nii"), nifti(512, 16, bytes_as<std::uint16_t>(greys())));
   expect_reference(import_tissue(scratch("a.nii"), {}));
