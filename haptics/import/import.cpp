@@ -210,7 +210,7 @@ const std::vector<std::string>& scan_endings() {
 }
 
 const std::vector<std::string>& mesh_endings() {
-  static const std::vector<std::string> all{".stl", ".ply", ".obj", ".gltf", ".glb"};
+  static const std::vector<std::string> all{".stl", ".ply", ".obj", ".gltf", ".glb", ".3mf"};
   return all;
 }
 

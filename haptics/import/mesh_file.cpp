@@ -1,3 +1,4 @@
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -7,15 +8,21 @@
 #include <assimp/Importer.hpp>
 #include <bit>
 #include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <unordered_map>
 
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
+#include "haptics/import/dicom/zip.h"
 #include "haptics/import/mesh.h"
 #include "haptics/import/mesh_repair.h"
 #include "haptics/import/scan.h"
@@ -55,7 +62,9 @@ class PlyReader {
           std::size_t items = 1;
           if (p.list) {
             const double n = number(p.length, part, k);
-            if (!(n >= 0 && n <= 255)) fail(part, k, fmt::format("a list of {:g}", n), "0 to 255 items");
+            const double max_items = part.name == "tristrips" ? static_cast<double>(bytes_) : 255;
+            if (!(n >= 0 && n <= max_items))
+              fail(part, k, fmt::format("a list of {:g}", n), fmt::format("0 to {:g} items", max_items));
             items = static_cast<std::size_t>(n);
           }
           for (std::size_t i = 0; i < items; ++i) {
@@ -66,12 +75,19 @@ class PlyReader {
               color[static_cast<std::size_t>(p.color)] = color_byte(bytes ? value / 255 : value);
               colored = true;
             }
-            if (p.corners) face.push_back(value >= 0 && value < 1e15 ? static_cast<std::size_t>(value) : SIZE_MAX);
+            if (!p.corners) continue;
+            if (part.name == "tristrips" && value == -1) {
+              add_strip(face, soup);
+              face.clear();
+            } else {
+              face.push_back(value >= 0 && value < 1e15 ? static_cast<std::size_t>(value) : SIZE_MAX);
+            }
           }
         }
         if (part.name == "vertex") soup.points.push_back(point);
         if (colored) soup.colors.push_back(color);
         if (part.name == "face") soup.faces.push_back(face);
+        if (part.name == "tristrips") add_strip(face, soup);
       }
     }
     if (soup.colors.size() != soup.points.size()) soup.colors.clear();
@@ -96,6 +112,12 @@ class PlyReader {
     std::size_t count = 0;
     std::vector<Property> properties;
   };
+
+  /// Each corner after the second one makes a triangle; every second triangle is reversed.
+  static void add_strip(const std::vector<std::size_t>& strip, Soup& soup) {
+    for (std::size_t k = 2; k < strip.size(); ++k)
+      soup.faces.push_back({strip[k - 2 + k % 2], strip[k - 1 - k % 2], strip[k]});
+  }
 
   [[noreturn]] void fail(const Part& part, std::size_t k, std::string_view found, std::string_view expected) const {
     throw Error(file_.string(), fmt::format("{} {}", part.name, k), found, expected);
@@ -167,7 +189,8 @@ class PlyReader {
               name == std::array{"red", "green", "blue"}[static_cast<std::size_t>(k)])
             p.color = k;
         }
-        p.corners = parts_.back().name == "face" && p.list && (name == "vertex_indices" || name == "vertex_index");
+        p.corners = (parts_.back().name == "face" || parts_.back().name == "tristrips") && p.list &&
+                    (name == "vertex_indices" || name == "vertex_index");
         parts_.back().properties.push_back(p);
       } else if (word != "comment" && word != "obj_info") {
         bad("format, comment, element, property or end_header");
@@ -183,33 +206,122 @@ class PlyReader {
   bool text_ = true, swap_ = false;
 };
 
-Soup read_with_assimp(const std::filesystem::path& file) {
-  if (lower_case(file.extension().string()) == ".stl") {
-    std::ifstream in(file, std::ios::binary);
-    std::string head(5, '\0');
-    in.read(head.data(), 5);
-    std::uint32_t count = 0;
-    in.seekg(80);
-    in.read(reinterpret_cast<char*>(&count), sizeof count);
-    if (head != "solid" && (!in || size_of_file(file) < 84 + 50ULL * count)) {
-      throw Error(file.string(), "number of triangles at byte 80",
-                  fmt::format("{} in {} bytes", in ? count : 0, size_of_file(file)), "50 bytes for each triangle");
-    }
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark
+  return text;
+}
+
+/// Opens the files that a mesh file names, also if the name is percent-encoded ("tooth%201.bin").
+class NamedFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override {
+    return DefaultIOSystem::Exists(file) || DefaultIOSystem::Exists(decoded(file).c_str());
   }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return DefaultIOSystem::Open(DefaultIOSystem::Exists(file) ? file : decoded(file).c_str(), mode);
+  }
+
+ private:
+  static std::string decoded(std::string_view uri) {
+    std::string name;
+    for (std::size_t k = 0; k < uri.size(); ++k) {
+      unsigned byte = 0;
+      const bool coded = uri[k] == '%' && k + 2 < uri.size() &&
+                         std::from_chars(&uri[k + 1], &uri[k + 1] + 2, byte, 16).ptr == &uri[k + 1] + 2;
+      name += coded ? static_cast<char>(byte) : uri[k];
+      k += coded ? 2 : 0;
+    }
+    return name;
+  }
+};
+
+/// Throws Error if a glTF file requires an extension that assimp ignores: its triangles would be wrong.
+void check_gltf_extensions(const std::filesystem::path& file, bool binary) {
+  std::string text = text_of(file);
+  if (binary) {
+    std::uint32_t length = 0;  // of the JSON text behind the header of 20 bytes
+    if (text.size() < 20) return;
+    std::memcpy(&length, &text[12], sizeof length);
+    text = text.substr(20, length);
+  }
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto required = json.is_object() ? json.find("extensionsRequired") : json.end();
+  if (required == json.end() || !required->is_array()) return;
+  for (const auto& extension : *required) {
+    const std::string name = extension.is_string() ? extension.get<std::string>() : extension.dump();
+    // These extensions change materials and lights alone.
+    if (name.starts_with("KHR_materials_") || name == "KHR_texture_transform" || name == "KHR_lights_punctual")
+      continue;
+    throw Error(file.string(), "extensionsRequired", name, "a glTF file without compressed or quantized triangles");
+  }
+}
+
+/// Returns the millimetres per unit that a 3MF file states.
+double unit_of_3mf(const std::filesystem::path& file) {
+  const TemporaryFolder folder;
+  for (const auto& part : unzip(file, folder.path())) {
+    const std::string text = text_of(part);
+    const std::size_t model = text.find("<model"), end = text.find('>', model), unit = text.find(" unit=", model);
+    if (model == std::string::npos || unit >= end) continue;
+    const std::size_t from = unit + 7, to = text.find_first_of("\"'", from);
+    const std::string name = text.substr(from, std::min(to, text.size()) - from);
+    const auto factor = millimetres_per(name);
+    if (!factor)
+      throw Error(file.string(), "unit", excerpt(name), "micron, millimeter, centimeter, inch, foot or meter");
+    return *factor;
+  }
+  return 1;
+}
+
+/// Returns the text of an STL or OBJ file in the form that assimp reads. No value if the file is binary or needs none.
+std::optional<std::string> plain_text(const std::filesystem::path& file, const std::string& extension) {
+  if (extension == ".obj") {
+    std::string text = text_of(file), plain;
+    for (std::size_t from = 0; from < text.size();) {
+      const std::size_t end = std::min(text.find('\n', from), text.size());
+      plain.append(text, from, std::min(text.find('#', from), end) - from);
+      plain += '\n';
+      from = end + 1;
+    }
+    return plain;
+  }
+  if (extension != ".stl") return std::nullopt;
+  const std::uintmax_t size = size_of_file(file);
+  std::ifstream in(file, std::ios::binary);
+  std::uint32_t count = 0;
+  in.seekg(80);
+  in.read(reinterpret_cast<char*>(&count), sizeof count);
+  if (in && size >= 84 + 50ULL * count && !(count == 0 && size > 84)) return std::nullopt;
+  std::string text = lower_case(text_of(file));
+  if (text.substr(0, 80).find("solid") == text.find_first_not_of(" \t\r\n") && text.find("facet") != std::string::npos)
+    return text.substr(text.find("solid"));
+  throw Error(file.string(), "number of triangles at byte 80", fmt::format("{} in {} bytes", in ? count : 0, size),
+              "50 bytes for each triangle");
+}
+
+Soup read_with_assimp(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(file, extension == ".glb");
   Assimp::Importer importer;
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
+  importer.SetIOHandler(new NamedFiles);  // the importer deletes it
+  constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType;
+  const auto text = plain_text(file, extension);
+  const aiScene* scene = text ? importer.ReadFileFromMemory(text->data(), text->size(), kSteps, extension.c_str() + 1)
+                              : importer.ReadFile(file.string(), kSteps);
   if (!scene || scene->mNumMeshes == 0) {
     const std::string why = importer.GetErrorString();
-    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ or glTF file");
+    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ, glTF or 3MF file");
   }
+  const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& part = *scene->mMeshes[m];
     if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;
     const std::size_t base = soup.points.size();
     for (unsigned i = 0; i < part.mNumVertices; ++i) {
-      soup.points.push_back({part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z});
+      soup.points.push_back({unit * part.mVertices[i].x, unit * part.mVertices[i].y, unit * part.mVertices[i].z});
       if (part.mColors[0]) {
         const aiColor4D& c = part.mColors[0][i];
         soup.colors.push_back({color_byte(c.r), color_byte(c.g), color_byte(c.b)});

@@ -81,7 +81,7 @@ MeshTissueOptions read_mesh_tissue_options(const Json& json) {
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue) {
   const std::string ending = lower_case(file.extension().string());
   if (std::ranges::find(mesh_endings(), ending) == mesh_endings().end()) {
-    throw Error(file.string(), "file", fmt::format("\"{}\"", ending), "a mesh: .stl, .ply, .obj, .gltf or .glb");
+    throw Error(file.string(), "file", fmt::format("\"{}\"", ending), "a mesh: .stl, .ply, .obj, .gltf, .glb or .3mf");
   }
   importing::MeshRepairs repairs;
   importing::Mesh read = importing::read_surface(file, unit, repairs);

@@ -133,6 +133,8 @@ std::optional<double> millimetres_per(std::string unit) {
     return 1e-3;
   }
   if (unit == "cm" || unit == "centimeter" || unit == "centimetre") return 10;
+  if (unit == "inch") return 25.4;
+  if (unit == "foot") return 304.8;
   if (unit == "m" || unit == "meter" || unit == "metre" || unit == "meters" || unit == "metres") return 1e3;
   return std::nullopt;
 }

@@ -115,7 +115,8 @@ void tissue_as(Bytes bytes) {
   });
 }
 constexpr char kNrrd[] = "in.nrrd", kNifti[] = "in.nii", kMeta[] = "in.mha", kStl[] = "in.stl", kPly[] = "in.ply",
-               kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb", kDicom[] = "in.dcm", kZip[] = "in.zip";
+               k3mf[] = "in.3mf", kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb", kDicom[] = "in.dcm",
+               kZip[] = "in.zip";
 
 void json(Bytes bytes) {
   attempt([&] { (void)Json::parse(text_of(bytes), "fuzz").text(); });
@@ -286,6 +287,7 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"scan_metaimage", import_as<kMeta>},
                                    {"scan_dicom", import_as<kDicom>},
                                    {"scan_zip", import_as<kZip>},
+                                   {"mesh_3mf", import_as<k3mf>},
                                    {"mesh_stl", import_as<kStl>},
                                    {"mesh_ply", import_as<kPly>},
                                    {"mesh_obj", import_as<kObj>},

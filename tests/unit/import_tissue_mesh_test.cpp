@@ -1,5 +1,6 @@
 // Tests meshes as tissue: all formats give the same mesh, open and self-intersecting meshes become volumes, and bad
 // meshes give an exact error.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +13,7 @@
 #include "engine/base/units.h"
 #include "haptics/import/mesh_tissue.h"
 #include "haptics/tissue_volume.h"
+#include "tests/support/dicom_files.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
@@ -84,6 +86,46 @@ std::string gltf() {
       {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})";
 }
 
+/// An STL file as text, in upper case, with a byte order mark.
+std::string text_stl() {
+  std::string text = "\xef\xbb\xbfSOLID X\n";
+  for (const auto& f : kFace) {
+    text += "FACET NORMAL 0 0 0\nOUTER LOOP\n";
+    for (const int i : f) text += fmt::format("VERTEX {} {} {}\n", kCorner[i][0], kCorner[i][1], kCorner[i][2]);
+    text += "ENDLOOP\nENDFACET\n";
+  }
+  return text + "ENDSOLID X\n";
+}
+std::string strips() {
+  std::string text = ply();
+  text = text.substr(0, text.find("element face"));
+  text += "element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+  for (const auto& c : kCorner) text += fmt::format("{} {} {}\n", c[0], c[1], c[2]);
+  return text + "10 0 2 1 3 -1 1 3 0 2 -1\n";
+}
+std::string replaced(std::string text, const std::string& old, const std::string& by) {
+  for (std::size_t at = 0; (at = text.find(old, at)) != std::string::npos; at += by.size())
+    text.replace(at, old.size(), by);
+  return text;
+}
+std::string three_mf(const char* unit, double per_mm) {
+  std::string model = fmt::format(
+      "<?xml version=\"1.0\"?><model unit=\"{}\" xmlns=\"http://schemas.microsoft.com/"
+      "3dmanufacturing/core/2015/02\"><resources><object id=\"1\" type=\"model\"><mesh>"
+      "<vertices>",
+      unit);
+  for (const auto& c : kCorner)
+    model += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", per_mm * c[0], per_mm * c[1], per_mm * c[2]);
+  model += "</vertices><triangles>";
+  for (const auto& f : kFace) model += fmt::format("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>", f[0], f[1], f[2]);
+  model += "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build></model>";
+  return test::zip_bytes({{"_rels/.rels",
+                           "<?xml version=\"1.0\"?><Relationships xmlns=\"http://schemas.openxmlformats.org/"
+                           "package/2006/relationships\"><Relationship Target=\"/3D/3dmodel.model\" Id=\"r\" Type=\""
+                           "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+                          {"3D/3dmodel.model", model}});
+}
+
 double volume_of(const TissueMesh& mesh) {
   double six = 0;
   for (const glm::uvec3& t : mesh.triangles)
@@ -92,8 +134,17 @@ double volume_of(const TissueMesh& mesh) {
 }
 
 TEST(TissueMesh, EveryFormatGivesTheSameMesh) {
-  for (const auto& [name, bytes] : std::map<std::string, std::string>{
-           {"tetra.obj", obj()}, {"tetra.ply", ply()}, {"tetra.stl", stl()}, {"tetra.gltf", gltf()}}) {
+  for (const auto& [name, bytes] :
+       std::map<std::string, std::string>{{"tetra.obj", obj()},
+                                          {"tetra.ply", ply()},
+                                          {"tetra.stl", stl()},
+                                          {"tetra.gltf", gltf()},
+                                          {"text.stl", text_stl()},
+                                          {"strips.ply", strips()},
+                                          {"comments.obj", replaced(obj(), "\n", " # of the tooth\n")},
+                                          {"encoded.gltf", replaced(gltf(), "tetra.bin", "%74etra.bin")},
+                                          {"micron.3mf", three_mf("micron", 1000)},
+                                          {"plain.3mf", three_mf("millimeter", 1)}}) {
     SCOPED_TRACE(name);
     const ReadTissueMesh read = read_tissue_mesh(write(name, bytes), 1e-3, Tissue::kDentin);
     EXPECT_EQ(read.mesh.vertices.size(), 4U);
@@ -128,6 +179,10 @@ TEST(TissueMesh, InvalidMeshesAreRefusedWithAReason) {
     std::vector<const char*> message;
   } cases[] = {
       {"none.obj", "", {"an empty file"}},
+      {"quantized.gltf",
+       replaced(gltf(), "\"scene\": 0", "\"scene\": 0, \"extensionsRequired\": [\"KHR_mesh_quantization\"]"),
+       {"extensionsRequired", "KHR_mesh_quantization"}},
+      {"furlong.3mf", three_mf("furlong", 1), {"unit", "furlong", "inch"}},
       {"points.obj", "v 0 0 0\nv 1 0 0\n", {"points.obj"}},
       {"nan.ply", open_ply + "0 nan 0\n3 0 1 2\n", {"vertex 2"}},
       {"index.ply", open_ply + "0 5 0\n3 0 1 7\n", {"face 0", "a vertex that is not there"}},

@@ -218,7 +218,7 @@ void add_plan_command(cli::Command& app) {
   command
       ->add_option("--implant", options->implant,
                    "mesh of the planned implant to write, as a cylinder in the coordinates of the imported scan "
-                   "(.stl, .ply, .obj, .glb, .gltf)")
+                   "(.stl, .ply, .obj, .glb, .gltf, .3mf)")
       ->check(cli::writes({FileKind::kStl, FileKind::kPly, FileKind::kObj}));
   command->add_option("--width-mm", options->width_mm, "width of each section")
       ->show_default()
