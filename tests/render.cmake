@@ -3,7 +3,7 @@ target_link_libraries(typodont_test_stage PUBLIC typodont_render typodont_displa
 
 typodont_test(unit_display KIND unit SOURCES unit/display_rig_test.cpp unit/display_rig_plan_test.cpp unit/display_composer_test.cpp unit/display_button_queue_test.cpp unit/head_tracker_test.cpp LIBS typodont_display)
 typodont_test(property_display KIND property SOURCES property/display_frusta_test.cpp LIBS typodont_display)
-typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/render_film_test.cpp unit/render_light_test.cpp unit/render_tissue_test.cpp unit/render_tissue_light_test.cpp unit/render_tool_mesh_test.cpp
+typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/render_film_test.cpp unit/render_light_test.cpp unit/render_tissue_test.cpp unit/render_tissue_light_test.cpp
                                             unit/render_mirror_test.cpp unit/render_views_test.cpp unit/render_difference_test.cpp
                                             unit/display_layout_test.cpp unit/display_writing_test.cpp
               LIBS typodont_test_stage)

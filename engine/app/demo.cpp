@@ -198,7 +198,10 @@ void run_demo(const DemoOptions& options) {
     notes.add(tick, recorder);
     sound.push(tick);
     if (did_cut) debris.add(cut, haptics::tool_set(scene.servo)[cut.tool]);
-    for (const LoosePiece& piece : loop.carver().take_pieces()) debris.add(piece);
+    for (const LoosePiece& piece : loop.carver().take_pieces()) {
+      recorder.append(event_of(piece));
+      debris.add(piece);
+    }
 
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;

@@ -1,35 +1,26 @@
-// Meshes of burs and probes: a surface of revolution with modelled flutes, and the shank.
+// Meshes of burs and probes: surfaces of revolution, with modelled flutes and threads.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <string_view>
 #include <vector>
 
 namespace typodont::render {
 
-/// Shape of a cutting head. The origin of the tool frame is the head's centre; z points along the shank.
+/// A tool as surfaces of revolution about z. The origin is the head's centre; z points along the shank. An outline
+/// consists of points (radius, z) in m, from the free end upwards.
 struct ToolShape {
-  std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, with increasing z
-  int flutes = 8;                   // number of flutes; 0: the head is smooth (a probe)
-  double flute_depth = 0.15;        // depth of a flute as a fraction of the local radius
-  double helix = 0.5;               // number of turns of a flute over the length of the head
-  double neck_radius = 4e-4;        // m, radius of the neck
-  double neck_length = 4e-3;        // m, length of the neck
-  double shank_radius = 8e-4;       // m, radius of the shank; friction-grip shanks have a diameter of 1.6 mm
-  double shank_length = 16e-3;      // m, length of the shank; 0: the tool has neither neck nor shank
-  bool diamond = false;             // true: the head has rough diamond grit instead of flutes
-  std::vector<double> marks;        // m, z of the dark depth marks around the head
-  double thread_pitch = 0;          // m, pitch of the thread; 0: no thread
-  double thread_core = 0;           // m, core radius of the thread
+  std::vector<glm::dvec2> head;      // empty: the head is not drawn
+  std::vector<glm::dvec2> safe_end;  // smooth pin beyond the free end; empty: none
+  std::vector<glm::dvec2> shaft;     // neck and shank; empty: a handle replaces them
+  int flutes = 8;                    // number of flutes; 0: the head is smooth (a probe)
+  double flute_depth = 0.15;         // depth of a flute as a fraction of the local radius
+  double helix = 0.5;                // number of turns of a flute over the length of the head
+  bool diamond = false;              // true: the head has diamond grit instead of flutes
+  std::vector<double> marks;         // m, z of the dark depth marks around the head
+  double thread_pitch = 0;           // m, pitch of the thread; 0: no thread
+  double thread_core = 0;            // m, core radius of the thread
 };
-
-/// Predefined shapes: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the length of
-/// the head; a sphere ignores it. Throws Error for another name.
-ToolShape tool_shape(std::string_view shape, double diameter, double length);
-bool has_own_look(std::string_view shape) noexcept;
-/// Returns a shape with another outline. `outline`: ToolShape::profile of the head alone, at least two points.
-ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 
 /// Finish of the metal, as shaders/tool.frag reads it.
 enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };

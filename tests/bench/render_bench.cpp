@@ -41,7 +41,7 @@ TEST(Bench, StereoFrameOfTheMolarIsDrawnInTime) {
     surround(*stage.renderer, around, quality.surface_error > 1);
     stage.renderer->update(0, bricks);
     stage.renderer->place(0, {volume.frame().origin, {1, 0, 0, 0}});
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.2e-3, 0)));
+    stage.renderer->set_tool(round_bur(1.2e-3));
     render::Frame frame = frame_of(rig);
     frame.tool = {.visible = true, .X_WG = {at, {1, 0, 0, 0}}, .spindle = 36000};
     const auto whole = stage.draw(frame);

@@ -25,7 +25,7 @@ struct Golden : testing::Test {
   std::string message;
   void SetUp() override {
     stage.renderer->update(0, tooth_mesh(2e-3));
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.6e-3, 0)));
+    stage.renderer->set_tool(round_bur(1.6e-3));
   }
   /// Returns the left eye's half of the screen, with the text in it.
   render::Picture left_half(const render::Frame& frame) {

@@ -87,7 +87,7 @@ struct XrGolden : testing::Test {
   /// The same views drawn without OpenXR.
   void draw_offscreen(const Shot& shot, Stage& stage) {
     stage.renderer->update(0, mesh);
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.6e-3, 0)));
+    stage.renderer->set_tool(round_bur(1.6e-3));
     stage.draw(XrStage::picture(shot.frame, shot.scenery, 0, false));
   }
 };

@@ -20,7 +20,7 @@ struct Scene {
     body.rings = {{1e-3, 4e-3, 0.7e-3}, {9e-3, 6e-3, 1e-3}};
     body.knurl = {3e-3, 7e-3};
     handpiece.parts = {head, body};
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)), handpiece);
+    stage.renderer->set_tool(round_bur(1.4e-3), handpiece);
   }
 };
 

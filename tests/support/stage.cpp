@@ -3,8 +3,12 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+
+#include "engine/base/units.h"
 
 namespace typodont::test {
 
@@ -15,6 +19,22 @@ gpu::Device create_device(bool validation) {
   return gpu::Device::create({.validation = validation});
 }
 }  // namespace
+
+render::ToolMesh round_bur(double diameter) {
+  const double r = diameter / 2, neck = std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2e-4)), grip = 0.8e-3;
+  render::ToolShape shape;
+  for (int i = 0; i <= 28; ++i) {
+    const double angle = (kPi - std::asin(neck / r)) * i / 28;
+    shape.head.push_back({r * std::sin(angle), -r * std::cos(angle)});
+  }
+  const double z = shape.head.back().y;
+  for (int i = 0; i <= 10; ++i) {
+    const double s = i / 10.0, blend = s * s * (3 - 2 * s);
+    shape.shaft.push_back({neck + (grip - neck) * blend * blend, z + 4e-3 * s});
+  }
+  shape.shaft.insert(shape.shaft.end(), {{grip, z + 20e-3}, {0, z + 20e-3}});
+  return make_tool_mesh(shape);
+}
 
 Stage::Stage(glm::ivec2 eye_size, const render::Quality& quality, Passes passes, bool validation)
     : device(create_device(validation)), size(eye_size) {

@@ -41,6 +41,9 @@ struct Stage {
 display::DisplayRig desk(double width, double height, double distance, dvec3 towards = {0, -0.6, 0.8});
 render::Frame frame_of(const display::DisplayRig& rig);
 
+/// Returns the mesh of a round bur with a friction-grip shank. `diameter`: m.
+render::ToolMesh round_bur(double diameter);
+
 struct Difference {
   int pixels = 0;  // number of pixels that differ by more than the tolerance in any channel
   int worst = 0;   // largest difference, of 255

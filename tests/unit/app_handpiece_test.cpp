@@ -1,4 +1,5 @@
-// Tests handpieces for pictures: their files, the rule that chooses one, their meshes, and their position on the tool.
+// Tests tools and handpieces in pictures: the drawn tool is the tool that has contact; the files of handpieces, the
+// rule that chooses one, their meshes, and their position on the tool.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -195,6 +196,88 @@ TEST(Handpieces, AMistakeInASceneIsNamed) {
   EXPECT_THAT(scene(R"(, "handpieces": {"roll_deg": 400})"), HasSubstr("\"handpieces.roll_deg\""));
   EXPECT_THAT(scene("", R"({"shape": "sphere", "diameter_mm": 1, "handpiece": "turbnie"})"),
               HasSubstr("nothing named \"turbnie\""));
+}
+
+constexpr double kTolerance = 2e-6;  // m
+
+/// Every tool of assets/tools and of the implant set.
+std::vector<haptics::Tool> shipped_tools() {
+  std::vector<haptics::Tool> tools;
+  for (const std::string& name : names_in("tools")) tools.push_back(load_tool(name));
+  for (const std::string& name : names_in("implants/bone_level"))
+    tools.push_back(load_set_tool(assets_folder() / "implants/bone_level", Json::parse("\"" + name + "\"", "test")));
+  return tools;
+}
+
+render::ToolMesh drawn(const haptics::Tool& tool) {
+  return drawn_tool(tool, {}, {.shown = false}).tool;
+}
+
+bool in_head(const render::ToolVertex& v) {
+  return v.finish != static_cast<float>(render::Finish::kBrushed);
+}
+
+/// Calls `each` with three vertices of every triangle.
+template <class Each>
+void for_each_triangle(const render::ToolMesh& mesh, Each&& each) {
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+    each(mesh.vertices[mesh.indices[i]], mesh.vertices[mesh.indices[i + 1]], mesh.vertices[mesh.indices[i + 2]]);
+}
+
+TEST(DrawnTools, EveryDrawnPartLiesOnTheOutlineThatHasContact) {
+  for (const haptics::Tool& tool : shipped_tools()) {
+    const auto shank = haptics::shank_of(tool), pin = haptics::safe_end_of(tool);
+    const auto error = [&](const dvec3& p, bool head) {
+      if (head) return std::abs(tool.distance(p));
+      const auto to = [&](const std::optional<haptics::NonCuttingPart>& part) {
+        return part ? std::abs(part->shape.distance(p - dvec3(0, 0, part->z))) : 1.0;
+      };
+      return std::min(to(shank), to(pin));
+    };
+    const double end = shank ? shank->z + shank->shape.half() : tool.half();
+    double worst = 0;
+    for_each_triangle(drawn(tool), [&](const auto& a, const auto& b, const auto& c) {
+      const bool head = in_head(a);
+      if (!head && !shank && a.hull_p.z > -tool.half()) return;  // a shank without contact
+      for (const glm::vec3& p : {a.hull_p, 0.5f * (a.hull_p + b.hull_p), (a.hull_p + b.hull_p + c.hull_p) / 3.0f})
+        if (p.z < end - 1e-5) worst = std::max(worst, error(p, head));
+    });
+    EXPECT_LE(worst, kTolerance) << tool.name;
+  }
+}
+
+TEST(DrawnTools, TheWholeHeadIsDrawnUpToItsNeck) {
+  for (const haptics::Tool& tool : shipped_tools()) {
+    const render::ToolMesh mesh = drawn(tool);
+    for (int i = 0; i < 100; ++i) {
+      const double z = tool.half() * (2 * (i + 0.5) / 100 - 1);
+      double widest = 0;
+      for_each_triangle(mesh, [&](const auto& a, const auto& b, const auto&) {
+        const double za = a.hull_p.z, zb = b.hull_p.z;
+        if (!(za <= z && z <= zb) && !(zb <= z && z <= za)) return;
+        const double s = za == zb ? 0 : (z - za) / (zb - za);
+        const glm::dvec2 p = glm::mix(glm::dvec2(a.hull_p), glm::dvec2(b.hull_p), s);
+        widest = std::max(widest, glm::length(p));
+      });
+      EXPECT_GT(tool.distance({widest, 0, z}), -kTolerance) << tool.name << " at " << z;
+    }
+  }
+}
+
+TEST(DrawnTools, BladesAndThreadsLieInsideTheOutline) {
+  for (const haptics::Tool& tool : shipped_tools())
+    for (const render::ToolVertex& v : drawn(tool).vertices)
+      ASSERT_LE(glm::length(glm::dvec2(v.p)), glm::length(glm::dvec2(v.hull_p)) + 1e-9) << tool.name;
+}
+
+TEST(DrawnTools, TrianglesFaceOutwards) {
+  for (const haptics::Tool& tool : shipped_tools()) {
+    double volume = 0;  // signed; positive if triangles run counter-clockwise, seen from outside
+    for_each_triangle(drawn(tool), [&](const auto& a, const auto& b, const auto& c) {
+      volume += glm::dot(dvec3(a.hull_p), glm::cross(dvec3(b.hull_p), dvec3(c.hull_p))) / 6;
+    });
+    EXPECT_GT(volume, 1e-8) << tool.name;
+  }
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
   for (const render::Quality& quality : render::kQualityLadder) {
     Stage stage({320, 256}, quality);
     stage.renderer->update(0, tooth_mesh(2e-3, 0.5e-3));
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+    stage.renderer->set_tool(round_bur(1.4e-3));
     const std::vector<render::Particle> particles(50, {{0, 0, 4e-3f}, 1e-4f, {1, 1, 1}, 1});
     const render::FrameStats stats = stage.draw(full_frame(desk(0.03, 0.024, 0.35), particles));
     EXPECT_TRUE(stats.drawn);
@@ -42,7 +42,7 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
 TEST(Frame, WithoutMotionThereIsNoNewFrame) {
   Stage stage({160, 128});
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  stage.renderer->set_tool(round_bur(1.4e-3));
   render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
   EXPECT_TRUE(stage.draw(frame).drawn);
   for (int i = 0; i < 5; ++i) {
@@ -60,7 +60,7 @@ TEST(Frame, WithoutMotionThereIsNoNewFrame) {
 TEST(Frame, InvisibleMotionCausesNoNewFrameUntilItBecomesVisible) {
   Stage stage({160, 128}, render::kQualityLadder[0], Passes::kTwo);
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  stage.renderer->set_tool(round_bur(1.4e-3));
   render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
   const double seen = frame.tool.X_WG.p.x;
   EXPECT_TRUE(stage.draw(frame).drawn);
@@ -154,7 +154,7 @@ TEST(Frame, TheShadowMapIsRedrawnOnlyWhenTheTissueChanges) {
   Stage stage({160, 128});
   const auto tooth = tooth_mesh(0, 0.6e-3);
   stage.renderer->update(0, tooth);
-  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  stage.renderer->set_tool(round_bur(1.4e-3));
   render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
   const int eyes = stage.device.multiview ? 1 : 2;
   EXPECT_EQ(stage.draw(frame).passes, eyes + 1);
@@ -267,7 +267,7 @@ TEST(Frame, CullingChangesNoPixel) {
 TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
   for (const render::Quality& quality : render::kQualityLadder) {
     Stage stage({320, 256}, quality);
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 0.8e-3, 0)));
+    stage.renderer->set_tool(round_bur(0.8e-3));
     for (int i = 0; i < 6; ++i) {
       // A pixel is as large as a third of the neck's width up to three times this width. The tool is at any position
       // between pixels.
@@ -374,7 +374,7 @@ TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {
   for (const render::Quality& quality : {render::kQualityLadder[0], render::kQualityLadder[2]}) {
     Stage stage({200, 160}, quality);
     stage.renderer->update(0, tooth_mesh(2e-3, 0.8e-3));
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+    stage.renderer->set_tool(round_bur(1.4e-3));
     const std::vector<render::Particle> particles(1, {{0, 0, 4e-3f}, 2e-3f, {1, 1, 1}, 1});
     render::Frame frame = full_frame(desk(0.007, 0.0056, 0.35), particles);
     stage.draw(frame);

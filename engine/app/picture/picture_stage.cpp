@@ -23,29 +23,69 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
+constexpr double kPrecision = 1e-6;  // m, largest distance of a drawn outline from the meridian
+
 // number of cells whose light inside tissue is computed again before a frame, after a cut
 constexpr int kRefreshed = 40;
 
-/// Returns the shape in which the renderer draws the tool. For some tools, the renderer has a more detailed shape of
-/// its own. For all other tools, it draws the shape that the haptics uses for contact.
-render::ToolShape shape_of(const haptics::Tool& tool) {
-  const std::string_view name = name_of(tool.shape);
-  if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
-  constexpr int kSteps = 48;
-  std::vector<glm::dvec2> outline;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double z = tool.half() * (2.0 * i / kSteps - 1);
-    outline.push_back({tool.profile(z), z});
+/// Returns points (radius, z) of a part's outline from the free end to the shank end, m. It is the meridian that has
+/// contact; straight lines between the points are at most `error` (m) from it.
+std::vector<glm::dvec2> outline(const haptics::Tool& part, double error) {
+  const haptics::HeadField meridian(part, 1);
+  std::vector<glm::dvec2> points{{meridian.pieces[0].ax, meridian.pieces[0].az}};
+  for (const haptics::HeadField::Piece& piece :
+       std::span(meridian.pieces).first(static_cast<std::size_t>(meridian.count))) {
+    if (piece.radius > error) {
+      const glm::dvec2 center(piece.cx, piece.cz);
+      const double from = std::atan2(piece.az - piece.cz, piece.ax - piece.cx);
+      double turn = std::atan2(piece.bz - piece.cz, piece.bx - piece.cx) - from;
+      if (turn < 0) turn += 2 * kPi;
+      // the sagitta of a step of angle α is r (1 - cos(α/2))
+      const int steps = static_cast<int>(std::ceil(turn / (2 * std::acos(1 - error / piece.radius))));
+      for (int k = 1; k < steps; ++k) {
+        const double angle = from + turn * k / steps;
+        points.push_back(center + piece.radius * glm::dvec2(std::cos(angle), std::sin(angle)));
+      }
+    }
+    points.push_back({piece.bx, piece.bz});
   }
-  return render::outlined_shape(std::move(outline));
+  return points;
+}
+
+/// Cuts an outline off where it becomes narrower than the neck that follows it.
+void end_at_neck(std::vector<glm::dvec2>& outline, double neck) {
+  while (outline.size() > 2 && outline[outline.size() - 2].x < neck) outline.pop_back();
+  const glm::dvec2 a = outline[outline.size() - 2], b = outline.back();
+  if (b.x < neck) outline.back() = glm::mix(a, b, (a.x - neck) / (a.x - b.x));
+}
+
+/// Returns the outline of neck and shank from `begin` (m, end of the head) to the height `end` (m). A shank that has
+/// contact is drawn with the outline of its contact.
+std::vector<glm::dvec2> shaft_outline(const haptics::Tool& tool, glm::dvec2 begin, double end) {
+  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;              // m
+  constexpr double kFrictionGrip = 0.8e-3, kLatch = 2.35e-3 / 2;  // m, radii (ISO 1797 types 3 and 1)
+  std::vector<glm::dvec2> shaft;
+  if (const auto shank = haptics::shank_of(tool)) {
+    shaft = outline(shank->shape, kPrecision);
+    shaft.erase(shaft.begin());
+    shaft.pop_back();
+    for (glm::dvec2& p : shaft) p.y += shank->z;
+  } else {
+    const double radius = tool.implant ? kLatch : kFrictionGrip, taper = std::min(kTaper, end - begin.y);
+    shaft.push_back(begin);
+    for (int i = 1; i <= 10; ++i) {
+      const double s = i / 10.0, blend = s * s * (3 - 2 * s);
+      shaft.push_back({begin.x + (radius - begin.x) * blend * blend, begin.y + taper * s});
+    }
+  }
+  const double radius = shaft.back().x;
+  shaft.insert(shaft.end(), {{radius, end - kRounded}, {0.8 * radius, end}, {0, end}});
+  return shaft;
 }
 
 /// Adds details to the drawn shape of an implant tool: the flutes of a twist drill, depth marks, and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
-  constexpr double kFluteRise = 12e-3;         // m, length along the drill's axis in which a flute makes one turn
-  constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank (ISO 1797 type 1)
-  shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
-  if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
+  constexpr double kFluteRise = 12e-3;  // m, length along the drill's axis in which a flute makes one turn
   for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
   if (implant.kind == haptics::ImplantToolKind::kDrill) {
     shape.flutes = 2;
@@ -57,6 +97,15 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
     shape.thread_pitch = implant.pitch;
     shape.thread_core = implant.core_diameter / 2;
   }
+}
+
+/// Returns the radius (m) of the neck behind the head.
+double neck_radius(const haptics::Tool& tool) {
+  constexpr double kWidestDriver = 2.35e-3 / 2;  // m
+  const double r = tool.radius();
+  if (tool.shank_length > 0) return tool.neck_diameter / 2;
+  if (tool.implant && tool.implant->kind != haptics::ImplantToolKind::kRound) return std::min(kWidestDriver, r);
+  return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2e-4));
 }
 
 /// Returns true if the lamps have the same strength and almost the same directions (within 0.5°). Then the light that
@@ -117,36 +166,41 @@ DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle,
   // m, drawn length of the shank between head and handpiece for tools that turn, and for tools that do not turn. Used
   // if the tool's file does not state the length.
   constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
-  constexpr double kHeld = 0.6e-3;  // m, length of the shank that is drawn inside the handpiece
-  render::ToolShape shape = shape_of(tool);
+  constexpr double kHeld = 0.6e-3;      // m, length of the shank that is drawn inside the handpiece
+  constexpr double kBareShank = 20e-3;  // m, length of the shank of a tool without a handpiece
+  render::ToolShape shape;
   if (!tool.turns()) shape.flutes = 0;
   if (tool.iso_code.starts_with(kDiamond) && shape.flutes > 0) {
     shape.diamond = true;
     shape.flutes = 0;
   }
   if (tool.implant) add_implant_look(*tool.implant, tool, shape);
-  if (placed) {
-    const double r = shape.neck_radius;
-    shape.flutes = 0, shape.thread_pitch = 0;
-    shape.profile = {{0, tool.half()}, {r, tool.half()}, {r, tool.half() + 0.2 * r}};
+  shape.head = outline(tool, kPrecision * std::max(1.0, 5e2 * tool.radius()));
+  if (const auto pin = haptics::safe_end_of(tool)) {
+    shape.safe_end = outline(pin->shape, kPrecision);
+    for (glm::dvec2& p : shape.safe_end) p.y += pin->z;
   }
   DrawnTool drawn;
   const std::string name = view.shown ? handpiece_name(tool, spindle) : "";
+  double end = tool.half() + kBareShank;  // m, end of the shank
   if (!name.empty()) {
     drawn.handpiece = load_handpiece(name);
     drawn.open = view.open && !drawn.handpiece.from_head;
-    double z = 0;
-    if (drawn.handpiece.from_head) {
-      shape.neck_length = shape.shank_length = 0;
-    } else {
-      const double top = shape.profile.back().y;
-      z = std::max(top, tool.half() + (tool.shank_length > 0 ? tool.shank_length
-                                       : tool.turns()        ? kTurningShank
-                                                             : kStillShank));
-      shape.neck_length = std::min(shape.neck_length, z - top);
-      shape.shank_length = z + kHeld - top - shape.neck_length;
-    }
+    const double z = drawn.handpiece.from_head ? 0
+                                               : tool.half() + (tool.shank_length > 0 ? tool.shank_length
+                                                                : tool.turns()        ? kTurningShank
+                                                                                      : kStillShank);
     drawn.X_GH = {{0, 0, z}, glm::angleAxis(view.roll, dvec3(0, 0, 1))};
+    end = z + kHeld;
+  }
+  if (!drawn.handpiece.from_head) {
+    end_at_neck(shape.head, neck_radius(tool));
+    shape.shaft = shaft_outline(tool, shape.head.back(), end);
+  }
+  if (placed) {
+    shape.head.clear();
+    shape.flutes = 0, shape.thread_pitch = 0;
+    if (!shape.shaft.empty()) shape.shaft.insert(shape.shaft.begin(), {0, shape.shaft.front().y});
   }
   drawn.tool = render::make_tool_mesh(shape);
   return drawn;

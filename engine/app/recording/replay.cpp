@@ -258,6 +258,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
         if (did_cut) writer->append({&cut, 1});
         writer->append({&tick, 1});
         notes.add(tick, *writer);
+        for (const LoosePiece& piece : loop.carver().take_pieces()) writer->append(event_of(piece));
       }
       const double off = glm::length(tick.f_T_W - recorded.f_T_W),
                    tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
