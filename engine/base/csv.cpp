@@ -21,14 +21,31 @@ std::string_view trim(std::string_view s) {
   return s;
 }
 
-std::vector<std::string_view> split(std::string_view line) {
+/// Returns the cell without the quotation marks around it.
+std::string_view unquoted(std::string_view cell) {
+  if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') return trim(cell.substr(1, cell.size() - 2));
+  return cell;
+}
+
+/// Splits a line at the separators outside quotation marks.
+std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
-  for (;;) {
-    const auto comma = line.find(',');
-    cells.push_back(trim(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
+  bool quoted = false;
+  std::size_t from = 0;
+  for (std::size_t at = 0; at <= line.size(); ++at) {
+    if (at < line.size() && line[at] == '"') quoted = !quoted;
+    if (at < line.size() && (quoted || line[at] != separator)) continue;
+    cells.push_back(unquoted(trim(line.substr(from, at - from))));
+    from = at + 1;
   }
+  return cells;
+}
+
+/// Returns the character between the names of a header.
+char separator_of(std::string_view header) {
+  for (const char separator : {'\t', ';'})
+    if (header.find(separator) != std::string_view::npos) return separator;
+  return ',';
 }
 
 bool contains(const std::vector<std::string>& names, std::string_view name) {
@@ -52,16 +69,24 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   CsvTable table;
   table.file = file;
   std::string line;
+  char separator = ',', decimal_mark = 0;  // 0: not seen yet
   while (in.next(line)) {
     const std::size_t number = in.number();
+    const std::string place = fmt::format("line {}", number);
     // removes the byte order mark that spreadsheets write
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    const std::string_view text = trim(line);
-    if (text.empty() || text.front() == '#') continue;
-    const auto cells = split(text);
-    const std::string place = fmt::format("line {}", number);
+    if (number == 1 && (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF")))
+      throw Error(file.string(), place, "text in UTF-16", "text in UTF-8");
+    if (const auto end = line.find('\r'); end < line.find_last_not_of('\r') && end != std::string::npos)
+      throw Error(file.string(), place, "lines that end with CR alone", "lines that end with LF or CR LF");
+    const bool is_header = table.columns.empty();  // the first line that is not empty
+    if (trim(line).empty() || trim(line).front() == '#') continue;
+    if (is_header) separator = separator_of(line);
+    // A spreadsheet also writes rows of empty cells.
+    if (!is_header && line.find_first_not_of(std::string(" \t\r") + separator) == std::string::npos) continue;
+    const auto cells = cells_of(line, separator);
 
-    if (table.columns.empty()) {  // the first line that is not empty is the header
+    if (is_header) {
       for (const auto cell : cells) {
         if (!contains(required, cell) && !contains(optional, cell)) {
           throw Error(file.string(), place, fmt::format("column \"{}\"", cell.substr(0, 40)),
@@ -93,12 +118,22 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
                     fmt::format("\"{}\"", cells[i].substr(0, 40)), reader->second.expected);
       }
       double value = std::numeric_limits<double>::quiet_NaN();
-      const char* end = cells[i].data() + cells[i].size();
-      const auto result = std::from_chars(cells[i].data(), end, value);
+      std::string digits(cells[i]);
+      if (const auto mark = digits.find_first_of(separator == ',' ? "." : ".,"); mark != std::string::npos) {
+        // "1,234" is a number of its own in each language, so a table uses one decimal mark.
+        if (decimal_mark == 0) decimal_mark = digits[mark];
+        if (digits[mark] == decimal_mark)
+          digits[mark] = '.';
+        else
+          digits.clear();  // not a number
+      }
+      const char* end = digits.data() + digits.size();
+      const auto result = std::from_chars(digits.data(), end, value);
       const bool empty_optional = cells[i].empty() && contains(optional, table.columns[i]);
       if (!empty_optional && (result.ec != std::errc() || result.ptr != end || !std::isfinite(value))) {
         throw Error(file.string(), fmt::format("{}, column {}", place, table.columns[i]),
-                    cells[i].empty() ? "nothing" : fmt::format("\"{}\"", cells[i].substr(0, 40)), "a finite number");
+                    cells[i].empty() ? "nothing" : fmt::format("\"{}\"", cells[i].substr(0, 40)),
+                    decimal_mark == ',' ? "a finite number with a decimal comma" : "a finite number");
       }
       row.push_back(value);
     }

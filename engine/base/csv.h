@@ -31,10 +31,11 @@ struct CellReader {
   std::string expected;  // text after "expected" in the error message, for example "a tissue's name"
 };
 
-/// Reads a table file. The file must have all columns of `required`, in any order, and may have columns of `optional`.
-/// Other columns are errors. Every cell of a required column must be a finite number, except in columns for which
-/// `readers` contains a reader. A line that starts with '#' is a comment. Throws an Error that names file, line and
-/// column.
+/// Reads a table file. Cells are separated by commas, semicolons or tabs, and may stand in quotation marks. With
+/// semicolons or tabs, the decimal mark may be a comma, the same in the whole table. The file must have all columns of
+/// `required`, in any order, and may have columns of `optional`. Other columns are errors. Every cell of a required
+/// column must be a finite number, except in columns for which `readers` contains a reader. A line that starts with '#'
+/// is a comment. Throws an Error that names file, line and column.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {}, const std::map<std::string, CellReader>& readers = {});
 

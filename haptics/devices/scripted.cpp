@@ -62,6 +62,11 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
     }
+    constexpr double kMaxStart = 60;  // s
+    if (path.rows.empty() && out.t > kMaxStart) {
+      table.fail(i, "t_s", fmt::format("{}", out.t),
+                 fmt::format("at most {} s in the first row: times from the beginning of the session", kMaxStart));
+    }
     if (out.t < 0 || out.t > kLongestSession)
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("0 to {} s, the longest session", kLongestSession));
     out.X_WT.p = dvec3(value(x), value(y), value(z)) * kMillimetre;

@@ -116,6 +116,27 @@ TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
               HasSubstr("line 3, column x_mm: found \"nan\", expected a finite number"));
 }
 
+TEST(Csv, TablesOfSpreadsheetsAreReadAsTheyAreWritten) {
+  const std::vector<std::vector<double>> rows = {{-66.296, 1}, {13.146, 2.5}};
+  for (const char* text : {"t_s,x_mm\n-66.296,1\n13.146,2.5\n", "t_s;x_mm\r\n-66,296;1\r\n13,146;2,5\r\n",
+                           "t_s;x_mm\n-66.296;1\n13.146;2.5\n", "t_s\tx_mm\n-66,296\t1\n13,146\t2,5\n",
+                           "\"t_s\",\"x_mm\"\n-66.296,1\n\"13.146\", 2.5\n,\n,\n"}) {
+    EXPECT_EQ(read_csv(temporary("s.csv", text), {"t_s", "x_mm"}).rows, rows) << text;
+  }
+}
+
+TEST(Csv, MixedDecimalMarksAndOtherTextFormatsAreNamed) {
+  const auto reason = [](const std::string& text) {
+    return message_of([&] { read_csv(temporary("m.csv", text), {"t_s", "x_mm"}); });
+  };
+  EXPECT_THAT(reason("t_s;x_mm\n0,5;1.5\n"),
+              HasSubstr("column x_mm: found \"1.5\", expected a finite number with a dec"));
+  EXPECT_THAT(reason("t_s;x_mm\n0.5;1,5\n"), HasSubstr("found \"1,5\", expected a finite number"));
+  EXPECT_THAT(reason("t_s;x_mm\n1.234,5;1\n"), HasSubstr("found \"1.234,5\""));
+  EXPECT_THAT(reason("t_s,x_mm\r0,1\r1,2\r"), HasSubstr("line 1: found lines that end with CR alone"));
+  EXPECT_THAT(reason(std::string("\xFF\xFEt\0_\0s\0\n\0", 11)), HasSubstr("UTF-16"));
+}
+
 TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
   EXPECT_THAT(message_of([] { read_csv(temporary("a.csv", "t_s,y\n"), {"t_s"}); }), HasSubstr("column \"y\""));
   EXPECT_THAT(message_of([] { read_csv(temporary("b.csv", "t_s\n"), {"t_s", "x"}); }), HasSubstr("no column \"x\""));
