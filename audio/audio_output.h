@@ -1,4 +1,4 @@
-// Sound outputs by address: a sound card ("portaudio:[DEVICE]"), a WAV file ("wav:FILE"), or none ("none:").
+// Sound outputs by address: "portaudio:[DEVICE]", "wav:FILE", "none:".
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,21 @@
 
 namespace typodont::audio {
 
-/// The source of an output's samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the
-/// ticks that have arrived, then fills `samples`; with two channels, left and right samples alternate. `t_first` is the
-/// tick time for which the first sample is computed. It lies one buffer length and a margin in the past, so all ticks
-/// for this buffer have already arrived.
+/// Audio thread; `render` never blocks or allocates. It reads the ticks, then fills `samples` (interleaved if stereo).
+/// `t_first` lies a buffer and a margin in the past, so all its ticks have arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
-  /// Called if the device was opened again at another rate. Runs on the thread of advance() while `render` is not
-  /// running. May allocate.
+  /// The device came back with another rate. Thread of advance(), not during `render`. May allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
 struct AudioOptions {
-  double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate, 48000 for files
+  double sample_rate = 0;  // Hz; 0: the device's own, 48000 for files
   int channels = 1;        // number of channels of the source, 1 or 2
-  // samples per channel that one callback fills; the device is asked for a latency of the same length
+  // samples per channel and callback, also the latency asked of the device
   int buffer = 256;
-  std::uint64_t end_after = 0;  // a device's stream ends after this number of samples; 0: it does not end
+  std::uint64_t end_after = 0;  // a device's stream ends after as many samples; 0: never
 };
 
 struct AudioStats {
@@ -38,35 +35,32 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  /// s, time from a servo tick until its sound leaves the program; the device's own latency is not included
+  /// s, from tick to output, without the device
   double latency = 0;
-  double device_latency = 0;  // s, additional latency as reported by the device; 0 for files
+  double device_latency = 0;  // s, as the device reports; 0 for files
 };
 
-/// The application thread owns the object and calls start, advance and stop.
+/// Owned and called by the application thread.
 class AudioOutput {
  public:
   virtual ~AudioOutput() = default;
 
-  /// Opens the output. Not for real time. Throws Error for an unknown address, RunFailure if the device refuses.
+  /// Throws Error for an unknown address, RunFailure if the device refuses.
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// Starts the output. Its first sample has the tick time `t_start` (files) or the current time (devices).
+  /// First sample at tick time `t_start` (files) or now (devices).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
-  /// Files: renders up to tick time `t`. Devices: checks whether the device still works, reports a lost device, and
-  /// opens it again. Call it at least ten times a second.
+  /// Files render up to `t`; devices are checked, and opened again. Ten times a second or more.
   virtual void advance(Nanos t) = 0;
-  /// Ends the output. A file gets its final name only now, when it is complete. Throws Error if the file cannot be
-  /// written.
+  /// A file gets its name only now. Throws Error.
   virtual void stop() = 0;
   virtual AudioStats stats() const = 0;
-  /// Describes the output for the user, for example "wav:drill.wav" or "portaudio:HDA Intel (48000 Hz, 256 samples)".
+  /// For example "portaudio:HDA Intel (48000 Hz, 256 samples)".
   virtual std::string description() const = 0;
 };
 
-/// A sound output that the user can select with the address "portaudio:NAME". A program that was built without
-/// PortAudio finds no such outputs.
+/// Address "portaudio:NAME". None without PortAudio.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

@@ -1,4 +1,4 @@
-// Benchmark of the sound for `typodont bench`: rows with the error and the time per sample.
+// Rows of `typodont bench`: error and time per sample.
 #pragma once
 
 #include <filesystem>

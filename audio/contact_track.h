@@ -1,5 +1,4 @@
-// A table of the hand's contact over time. It comes from a contact file for `typodont sound synth`, or from the ticks
-// of a servo run.
+// The hand's contact over time, from a contact file or from ticks.
 #pragma once
 
 #include <cstddef>
@@ -15,22 +14,19 @@ struct ContactTrack {
   std::vector<SoundState> states;  // the states of the sound, in order of time
   double fastest = 0;              // rad/s, highest spindle speed of the track
   double end = 0;                  // s, time of the last row
-  bool has_spindle = false;        // true if the file has a column with the spindle speed
+  bool has_spindle = false;        // a column with the spindle's speed
 };
 
-/// Reads a contact file. It has the column t_s and any of spindle_krpm, pedal, force_N, contact_area_mm2,
-/// removal_mm3_per_s, tissue (a name or its number), slip_mm_per_s, suction (0..1), spray (0..1), cutting (0 or 1).
-/// Also reads ticks written by `typodont servo`, and computes force, removal rate and slip from them. Throws Error with
-/// the file, the line, the column, the value that was found, and the value that was expected.
+/// Columns: t_s and any of spindle_krpm, pedal, force_N, contact_area_mm2, removal_mm3_per_s, tissue (name or number),
+/// slip_mm_per_s, suction (0..1), spray (0..1), cutting (0 or 1). Ticks of `typodont servo` too: force, removal rate
+/// and slip are computed. Throws Error.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Returns the states of a track in order. Between two rows, it interpolates one state per millisecond; the tissue is
-/// that of the earlier row. If the track has no spindle speed, the speed is computed as for an air turbine, whose
-/// torque falls linearly from stall to free speed. Without contact, the speed is `free_speed` (rad/s) while the pedal
-/// is pressed. In contact, the friction at the bur reduces the speed.
+/// States in order, one per millisecond between rows (tissue of the earlier row). Without spindle speed, that of an air
+/// turbine: linear from stall torque to `free_speed` (rad/s), slowed by friction at the bur.
 class VoicedTrack {
  public:
-  /// The track must outlive this object and have at least one row.
+  /// `track`: at least one row, outlives this.
   VoicedTrack(const ContactTrack& track, double free_speed) : track_(track), free_speed_(free_speed) {}
 
   /// Returns the next state; empty after the last row.

@@ -1,5 +1,4 @@
-// Synthesizes the drill's sound from the servo's ticks. Deterministic: equal models, rate, seed and states give samples
-// with equal bits, for any buffer size.
+// The drill's sound from the servo's ticks. Equal models, rate, seed and states give equal bits for any buffer size.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +11,9 @@
 
 namespace typodont::audio {
 
-/// The part of a servo tick that determines the sound. Plain data, trivially copyable, SI.
+/// The part of a tick that is heard. SI.
 struct SoundState {
-  Nanos t = 0;              // ns, time of the tick; the state takes effect at the nearest sample
+  Nanos t = 0;              // ns, takes effect at the nearest sample
   double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
   double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
@@ -24,17 +23,16 @@ struct SoundState {
   bool cutting_tool = true;  // false for hand instruments, which only knock and scrape
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
   double suction = 0;        // strength of the suction's sound, 0..1
-  double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow
+  double spray = 0;          // 0..1 of the largest flow
 };
 
 struct SynthOptions {
-  double hold = 0;  // s; if no SoundState arrives for this time, contact ends and the drill runs down; 0: never
-  /// true: each model is reduced to the order with the least Bayesian information criterion (sufficient_order())
+  double hold = 0;  // s without a state until contact ends and the drill runs down; 0: never
+  /// reduce models to sufficient_order()
   bool lower_order = false;
 };
 
-/// Synthesizes the sound of a drill sample by sample. Used by one thread at a time (the audio callback's thread, or the
-/// offline renderer's). Only the constructor allocates.
+/// One thread at a time. Only the constructor allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
@@ -42,21 +40,19 @@ class DrillSynth {
   DrillSynth(DrillSynth&&) noexcept;
   DrillSynth& operator=(DrillSynth&&) noexcept;
 
-  /// Adds a state; states come in order of time. If a state is older than the next sample, it takes effect at once and
-  /// is counted as late. If more than kPending states wait, the newest is dropped and counted.
+  /// In order of time. Late states act at once and are counted; beyond kPending, the newest is dropped and counted.
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
-  /// Renders the next samples; the first call starts at time 0.
+  /// The first call starts at 0.
   void render(std::span<float> mono) noexcept;
-  /// Renders the next samples; the first sample has the time t_first of the ticks' clock (see AudioOutput).
+  /// `t_first`: ticks' clock (see AudioOutput).
   void render(std::span<float> mono, Nanos t_first) noexcept;
 
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Returns the number of autoregressive filters that the last sample needed: 0 if the drill is silent, 1 if it idles,
-  /// 2 if it works.
+  /// Filters of the last sample: 0 silent, 1 idle, 2 at work.
   int active_filters() const noexcept;
 
  private:

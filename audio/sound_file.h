@@ -1,4 +1,4 @@
-// Reads recordings in any format of libsndfile, and writes WAV files completely or not at all.
+// Reads all formats of libsndfile; writes WAV completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,16 @@ struct Recording {
   std::vector<std::vector<double>> channels;  // samples of each channel; full scale is 1
   double rate = 0;                            // Hz, sampling rate
   std::size_t length() const { return channels.empty() ? 0 : channels.front().size(); }
-  /// Returns one channel (0, 1, …), or the mean of all channels if `channel` is -1.
+  /// -1: mean of all channels.
   std::vector<double> mono(int channel = -1) const;
 };
 
-/// Reads a recording. Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
+/// Throws Error if missing, no sound, empty, or above 30 minutes.
 Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
 
-/// Writes a WAV file under a temporary name until finish(). If the program ends before finish(), no file remains.
+/// Under a temporary name until finish().
 class WavWriter {
  public:
   WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16,
@@ -30,7 +30,7 @@ class WavWriter {
   ~WavWriter();
   WavWriter(const WavWriter&) = delete;
   WavWriter& operator=(const WavWriter&) = delete;
-  /// Writes samples. The samples of the channels alternate. Throws Error if the disk is full.
+  /// Interleaved. Throws Error if the disk is full.
   void write(std::span<const float> samples);
   void finish();
 

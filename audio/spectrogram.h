@@ -1,4 +1,4 @@
-// The spectrum of a sound over time, computed with FFTW. Not for real-time threads.
+// Spectrum over time (FFTW). Not for real time.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,16 @@
 namespace typodont::audio {
 
 struct Spectrogram {
-  double f_step = 0;       // Hz, distance between neighbouring bins; bin 0 is at 0 Hz
+  double f_step = 0;       // Hz; bin 0 is 0 Hz
   std::size_t frames = 0;  // number of frames, spread evenly over the whole sound
   std::size_t bins = 0;
-  /// dB re full scale² per Hz, power density: all bins of the first frame, then all bins of the second frame, …
+  /// dB re full scale² per Hz, frame after frame
   std::vector<float> dB;
 
   float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
 };
 
-/// Computes the spectrogram. `rate`: Hz, sampling rate. Each frame is the mean power over its part of the sound. If
-/// this part is shorter than `window` (s), the mean is over about `window` around the middle of the part.
+/// Frames: mean power of their part, or of about `window` (s) around its middle.
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window = 0.04);
 
 }  // namespace typodont::audio

@@ -11,12 +11,11 @@
 
 namespace typodont::audio {
 
-/// Computes the sound's state from every tick in order, on one thread (the audio callback's). Never allocates. Removal
-/// rate and slip are differences over several ticks, because differences of single ticks are noisy. These ticks span a
-/// fixed time at every servo rate, so the sound does not depend on the servo rate.
+/// Ticks in order to sound states, on the audio thread. Never allocates. Removal rate and slip are differences over a
+/// fixed time, at any servo rate.
 class TickVoice {
  public:
-  /// `tools_cut`: for each tool of the session, true if the tool is a bur. Other tools only knock and scrape.
+  /// per tool: a bur; others only knock and scrape
   explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;
@@ -28,10 +27,9 @@ class TickVoice {
     double removed = 0;  // m³, volume removed so far, sum over all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // number of ticks in the ring buffer, sufficient for a servo rate of 12 kHz
+  static constexpr std::size_t kSeen = 64;  // ticks kept, enough for 12 kHz
   std::array<Seen, kSeen> seen_{};
-  // count_: number of ticks so far; back_: index of the earlier tick from which the differences to the latest tick are
-  // computed
+  // ticks so far; the earlier tick of the differences
   std::size_t count_ = 0, back_ = 0;
   std::vector<bool> tools_cut_;
 };

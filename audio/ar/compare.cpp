@@ -17,12 +17,12 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kWindow = 1024.0 / 48000;  // s, length of the analysis window
-// Hz, distance between two neighbouring frequencies at which the spectra are compared
+// Hz, spacing of the compared frequencies
 constexpr double kGrid = 46.875;
 
 struct Analysed {
   SoundMeasure measure;
-  std::vector<double> power;  // power density at the frequencies kGrid, 2 kGrid, … (kGrid: 46.875 Hz)
+  std::vector<double> power;  // power density at kGrid, 2 kGrid, …
 };
 
 Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to,
@@ -79,8 +79,7 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // The analysis window cannot resolve frequencies below 60 Hz, so the first value of the spectra (at the frequency
-  // kGrid, 46.875 Hz) is omitted.
+  // The window cannot resolve kGrid, the first value.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

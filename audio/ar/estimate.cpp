@@ -21,8 +21,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // In pass m = 0, 1, … of Burg's recursion, forward[i] is the forward prediction error at sample m + 1 + i, and
-  // backward[i] is the backward prediction error at sample m + i, both of order m.
+  // Burg, pass m: forward[i] is the error at sample m + 1 + i, backward[i] at m + i, both of order m.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -33,8 +32,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // forward[i] and backward[i] are computed from the samples i … i + m + 1. Their weight is the weight of the
-      // middle sample of this interval.
+      // They come from samples i … i + m + 1: the weight is the middle sample's.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -42,7 +40,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += w * (forward[i] * forward[i] + backward[i] * backward[i]);
       }
     }
-    // The reflection coefficient k has |k| ≤ 1, because |2fb| ≤ f² + b² for each forward error f and backward error b.
+    // |k| ≤ 1, because |2fb| ≤ f² + b².
     const double k = energy > 0 ? -2 * cross / energy : 0.0;
     result.reflection.push_back(k);
     variance *= 1 - k * k;
@@ -82,8 +80,7 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // The covariance matrix has the elements c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j], where p is the order and x are the n
-  // samples. Its first row is summed directly. Every other element is computed from its upper left neighbour.
+  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. First row summed, others from their upper left neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {
@@ -98,7 +95,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
     }
   }
   c.triangularView<Eigen::StrictlyLower>() = c.transpose();
-  // matrix of the normal equations for forward and backward prediction together
+  // normal equations of forward and backward prediction
   const Eigen::MatrixXd both = c + c.reverse();
 
   const auto order_index = static_cast<Eigen::Index>(p);
@@ -112,8 +109,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const bool stable =
       std::all_of(result.reflection.begin(), result.reflection.end(), [](double k) { return std::abs(k) < 1; });
   if (!stable) {
-    // The power spectrum of the unstable model gives an autocorrelation. From this autocorrelation, a stable model with
-    // the same spectrum is computed.
+    // The unstable model's spectrum gives an autocorrelation, and this the stable model.
     constexpr std::size_t kPoints = (std::size_t{1} << 16) + 1;
     std::vector<double> power(kPoints);
     const auto denominator = power_of_taps({solution.data(), p}, kPoints);

@@ -25,8 +25,7 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order]: coefficients of the filter; `order` is even. y[−order…−1]: the past output. response[kBlock + j]: the
-// impulse response at sample j, which is 0 for j < 0.
+// a[1…order], `order` even; y[−order…−1]: past output; response[kBlock + j]: impulse response, 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {
@@ -34,20 +33,18 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   using Unaligned = typename VectorOf<T>::Unaligned;
   constexpr int kLanes = static_cast<int>(sizeof(Vector) / sizeof(T));
   constexpr int kBlock = BlockFilter<T>::kBlock;
-  constexpr int kSlice = 4 * kLanes;  // number of samples in a slice: four vectors, so that the sums stay in registers
+  constexpr int kSlice = 4 * kLanes;  // samples of a slice: four vectors, which stay in registers
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Adds the contribution of the past output to the slice (a part of the block). The samples of the slice itself are
-    // not known yet. They are set to zero, so that they add nothing, and all lanes can use all coefficients.
+    // Past output. Unknown samples of the slice count as zero, so all lanes use all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // The loop runs from the oldest to the newest past sample. The newest samples were stored just before, and a load
-    // that spans several such stores has to wait for them. So the newest samples are loaded last.
+    // Oldest first: loads of the newest samples would wait for their stores.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
@@ -56,8 +53,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
         odd[v] -= a[i + 1] * *reinterpret_cast<const Unaligned*>(q + v * kLanes - 1);
       }
     }
-    // Adds the contribution that the samples of the slice make to each other. The slice is convolved with the impulse
-    // response, one source vector at a time.
+    // The slice itself: convolution with the impulse response, one source vector at a time.
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
     Vector sum[4] = {};
@@ -123,8 +119,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // The filter's past output moves through the buffer. Every few thousand samples it is moved back to the start of the
-  // buffer.
+  // The past output moves through the buffer, and back to its start every few thousand samples.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;
@@ -162,8 +157,7 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
 }
 
 double LatticeFilter::next(double noise) noexcept {
-  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by the angle whose sine is k_m. All signals
-  // are normalised: the input is noise of unit variance, and the output has unit variance.
+  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by asin k_m. Unit variance throughout.
   double forward = noise;
   for (std::size_t m = sine_.size(); m-- > 0;) {
     const double backward = state_[m];

@@ -1,5 +1,4 @@
-// All-pole filters 1/A(z): direct form, block form and normalised lattice. They do not allocate memory after
-// construction.
+// All-pole filters 1/A(z): direct, block and lattice form. No allocation after construction.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +9,10 @@
 
 namespace typodont::audio {
 
-/// Returns the condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and
-/// residual. Rounding errors in the direct form act like an additional excitation. The ratio of this excitation to the
-/// true excitation is the machine epsilon times the condition number.
+/// Σ|a| · σ(output) / σ(residual). Times the machine epsilon: relative rounding error of the direct form.
 double direct_form_condition(const ArModel& model);
 
-/// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i]. e: noise; y: output; a_i: coefficients of
-/// the model.
+/// Reference: y[n] = gain·e[n] − Σ a_i y[n−i].
 template <class T>
 class DirectFilter {
  public:
@@ -24,23 +20,20 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  // past_ contains the newest `order` samples, newest first. Every sample is stored twice, so that `order` consecutive
-  // elements can always be read without a wrap at the end of the buffer.
+  // Newest `order` samples, newest first, stored twice so that a window never wraps.
   std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
 };
 
-/// Computes the recursive filter in blocks of 64 samples, so that SIMD instructions can be used. First, the
-/// contribution of earlier blocks to all 64 samples is computed as a convolution. Within the block, each sample depends
-/// on the samples before it, which is a triangular system of equations. The block is therefore multiplied by the
-/// inverse matrix, whose elements are the first 64 samples of the impulse response.
+/// Blocks of 64 samples. Earlier blocks by convolution, the block itself by the impulse response, the inverse of its
+/// triangular system.
 template <class T>
 class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// Filters the next kBlock samples: the noise drives the filter, and `out` receives its output.
+  /// `noise` drives the filter.
   void process(const T* noise, T* out) noexcept;
 
  private:
@@ -50,16 +43,14 @@ class BlockFilter {
   std::size_t at_;  // index in history_ where the next block is written
 };
 
-/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation. So, as long as |k| ≤ 1, the energy of the states
-/// never exceeds the energy of the input, even while the coefficients change. `level` is the standard deviation of the
-/// output.
+/// Normalised lattice (Gray & Markel 1975). Rotations keep the energy bounded for |k| ≤ 1, even while k changes.
+/// `level`: σ of the output.
 class LatticeFilter {
  public:
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Sets new reflection coefficients and a new level, between two samples. The order and the states of the filter stay
-  /// the same.
+  /// Between two samples; order and states stay.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }
@@ -69,16 +60,13 @@ class LatticeFilter {
   double level_;
 };
 
-/// Chooses the form of the filter by direct_form_condition(): the block form in float, the block form in double, or the
-/// lattice.
+/// Chooses the form by direct_form_condition().
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  /// Largest condition number for which the block form in float is used. At this value, the rounding noise is 70 dB
-  /// below the excitation.
+  /// Largest condition number for float: rounding noise 70 dB below the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// Largest condition number for which the block form in double is used. At this value, the rounding noise is 110 dB
-  /// below the excitation. If the number is larger, the lattice form is used.
+  /// Largest condition number for double: 110 dB; above it the lattice.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 

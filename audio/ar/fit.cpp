@@ -26,22 +26,20 @@ namespace typodont::audio {
 
 namespace {
 
-// Hz, lowest frequency at which spectra are compared, because the analysis window cannot resolve lower frequencies
+// Hz, resolution of the analysis window
 constexpr double kLowestCompared = 60;
-// a recording whose peak amplitude is lower than this (-60 dB re full scale) counts as silent
+// peak below -60 dB re full scale: silent
 constexpr double kSilence = 1e-3;
-// dB; sound at the start and at the end of the recording counts as silence if its level is below the level of the loud
-// part by more than this
+// dB below the loud part: silence at both ends
 constexpr double kQuietBelowLoud = 40;
-// dB; a part is steady if its level differs from the median level of the loud part by at most this
+// dB from the median of the loud part: steady
 constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
-// Limit of the relative range of the spindle's speed: (highest − lowest) / mean. Above this limit, the changes of the
-// speed are removed from the sound before the fit. Below it, they stay in the sound.
+// (highest − lowest) / mean of the speed; larger changes are removed before the fit
 constexpr double kConstantSpeed = 0.002;
-// largest value of FitOptions::hold_out, the fraction of the recording that is not used for the fit
+// largest FitOptions::hold_out
 constexpr double kMostHeldOut = 0.9;
-// s, length of the Welch window, whose frequency resolution is about that of a model of order 300 at 48 kHz
+// s, Welch window, about as fine as a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {
@@ -64,7 +62,7 @@ void refuse_what_is_not_finite(const std::filesystem::path& file, const Recordin
   }
 }
 
-/// Throws Error if the recording is clipped: many samples have the extreme value, some of them adjacent.
+/// Throws Error if many samples, some adjacent, have the extreme value.
 void refuse_clipping(const std::filesystem::path& file, std::span<const double> x) {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   std::size_t extreme = 0, neighbours = 0;
@@ -84,8 +82,7 @@ void refuse_clipping(const std::filesystem::path& file, std::span<const double> 
   }
 }
 
-/// Throws Error if a single spectral line has nearly all the power, because filtered noise cannot represent such a
-/// sound.
+/// Throws Error if one line has nearly all the power.
 void refuse_one_tone(const std::filesystem::path& file, std::span<const double> x, double rate) {
   constexpr std::size_t kPoints = 8192;
   const auto power = welch(x, kPoints, rate);
@@ -93,7 +90,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // the main lobe and the first side lobes of the window are counted as parts of the spectral line
+    // main lobe and first side lobes
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -117,7 +114,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// Returns the indices of the first audible sample and of the sample after the last audible sample.
+/// First audible sample, and the one after the last.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -130,7 +127,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// Returns the longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
+/// Longest interval within kSteadyWithin of the loud frames' median.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -150,10 +147,10 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// Returns 50 or 60 (Hz) if the sound's power at this frequency is 20 dB above the median power around it, otherwise 0.
+/// 50 or 60 Hz if its power is 20 dB above the median around it, else 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  // with so few points, the spectrum cannot distinguish 50 Hz from 60 Hz
+  // too short to tell 50 from 60 Hz
   if (static_cast<double>(points) < 0.5 * rate) return 0;
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
@@ -170,13 +167,12 @@ double detected_hum(std::span<const double> x, double rate) {
   return 0;
 }
 
-/// Applies notch filters at the mains frequency and four harmonics, forward and backward, so that they cause no phase
-/// shift and no delay.
+/// Notches at the mains frequency and four harmonics, forward and backward: no phase shift.
 void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;
     if (w > 0.9 * kPi) break;
-    // A notch filter with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
+    // 4 Hz wide: zeros on the unit circle, poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
     const double gain = (1 + c * r + r * r) / (2 + c);  // factor that makes the gain 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
@@ -194,11 +190,8 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Some recordings have no power above a certain frequency, because of another sample rate or a coder's low-pass. This
-/// function returns the standard deviation of white noise that fills such an empty band above the audible band, or 0 if
-/// there is none. A band counts as empty if its level is 40 dB below the weakest audible part. The noise is 10 dB below
-/// the weakest audible part. Without this noise, an all-pole model would use some of its poles for the empty band, and
-/// these poles would be missing in the audible band.
+/// σ of white noise that fills a band without power (40 dB below the weakest audible part), 10 dB below that part; 0:
+/// no such band. Otherwise poles would be spent on the empty band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -221,7 +214,7 @@ Window window_named(const std::string& name) {
   throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
 }
 
-/// Returns the order that the user gave as a number, or 0 if a criterion chooses the order.
+/// 0: a criterion chooses.
 std::size_t order_asked(const FitOptions& options) {
   if (options.order == "aic" || options.order == "bic") return 0;
   int order = 0;
@@ -233,8 +226,7 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the spectrum of the held-out samples `unseen` with `model`, the spectrum that is expected for the model.
-/// The fitted part was compared with the model at the same frequencies (`report`).
+/// `model`: the model's expected spectrum, at the frequencies of `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -253,7 +245,7 @@ HeldOut compared(std::span<const double> unseen, double rate, const FitReport& r
   return held;
 }
 
-/// Lists the parts as "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+/// "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
   for (const SoundPart& part : parts)
@@ -307,8 +299,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Selects the samples. First takes the part of the recording that the user chose, and removes the silence at the ends
-  // of this part. If the user asked for it, then keeps only the longest interval of constant level.
+  // The user's part, without silence at its ends; if asked, its longest steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
@@ -377,7 +368,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Removes hum, converts the sound to the model's rate, and removes changes of the spindle's speed.
+  // Hum, rate, speed changes.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -405,8 +396,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      // After the interpolation, the frequencies just below half the sampling rate have no power. This call fills them
-      // with noise.
+      // Interpolation leaves the highest frequencies empty.
       fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "

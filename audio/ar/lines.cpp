@@ -18,24 +18,22 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kProminence = 10;              // dB, smallest prominence of a spectral line
-constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which spectral lines are searched
+constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMostLines = 10;
-constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
-// s; a change of the frequency that takes longer than this is a change of the spindle's speed. Faster changes are
-// counted as the width of the spectral line.
+constexpr std::size_t kNoiseOrder = 16;  // poles of the models of amplitude and frequency deviations
+// s, slower changes of frequency are changes of the spindle's speed
 constexpr double kDrift = 1;
-constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
-// Hz, width of the two bands, one on each side of a spectral line, in which the noise next to the line is measured
+constexpr double kLongestTrack = 60;  // s, longest part in which a line is followed
+// Hz, width of the bands beside a line in which its noise is measured
 constexpr double kFloorReach = 100;
-// Limit of a ratio: the variance that noise causes in the amplitude of the line, divided by the squared mean amplitude.
-// A band in which the ratio is below this limit is narrow enough to follow the line.
+// largest amplitude variance by noise / squared mean amplitude for a usable band
 constexpr double kWeakNoise = 0.02;
-// Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
+// Hz, half widths of the bands, in the order tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 using Complex = std::complex<double>;
 
-/// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
+/// Three moving averages, nearly Gaussian, without delay.
 void smooth(std::vector<Complex>& z, std::size_t half) {
   const std::size_t n = z.size();
   std::vector<Complex> sums(n + 1);
@@ -48,12 +46,12 @@ void smooth(std::vector<Complex>& z, std::size_t half) {
   }
 }
 
-/// Returns the half length of the moving averages of smooth() for which the gain at `bandwidth` (Hz) is -3 dB.
+/// Half length for a gain of -3 dB at `bandwidth` (Hz).
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// Returns `count` samples of the complex oscillation that shifts `frequency` to 0 Hz.
+/// The oscillation that shifts `frequency` to 0 Hz.
 std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) {
   std::vector<Complex> shift(count);
   const double turns = frequency / rate;
@@ -64,8 +62,7 @@ std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) 
   return shift;
 }
 
-/// Shifts the band around the frequency of `shift` to 0 Hz. The result is the complex amplitude of a sinusoid at this
-/// frequency over time.
+/// Complex amplitude over time of a sinusoid at `shift`'s frequency.
 std::vector<Complex> band_about(std::span<const double> x, std::span<const Complex> shift, double rate,
                                 double bandwidth) {
   std::vector<Complex> z(x.size());
@@ -74,13 +71,11 @@ std::vector<Complex> band_about(std::span<const double> x, std::span<const Compl
   return z;
 }
 
-/// Replaces the band around `frequency` by noise with the one-sided power density `floor` (1/Hz). Processes the sound
-/// in pieces, which needs less memory.
+/// Replaces the band by noise of one-sided density `floor` (1/Hz), piece by piece to save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // H is the filter that selects the band. The function subtracts H x from the sound x. In the rest, (1 - H) x, the
-  // power near `frequency` is too small. Noise through a filter of twice the width adds the missing power: |1 - H|²
-  // plus the power response of the wider filter is 1 within 0.6 dB at every frequency.
+  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width fills it: |1 - H|² plus its
+  // response is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -98,14 +93,13 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// Measures amplitude and frequency of a spectral line over time. `z`: complex amplitude of the line's band. It must
-/// not include the ends of the sound, where the moving averages use samples of one side only.
+/// `z`: complex amplitude, without the ends where the averages are one-sided.
 LineTrack track_of(std::span<const Complex> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
   for (std::size_t at = 0; at + kLineStep < z.size(); at += kLineStep) {
     double amplitude = 0;
-    Complex turned = 0;  // sum of z[i+1] · conj(z[i]); its angle is the mean phase step per sample
+    Complex turned = 0;  // Σ z[i+1] · conj(z[i]); its angle is the mean phase step
     for (std::size_t i = at; i < at + kLineStep; ++i) {
       amplitude += std::abs(z[i]);
       turned += z[i + 1] * std::conj(z[i]);
@@ -126,14 +120,14 @@ double root_mean_square(const std::vector<double>& values) {
                    static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Subtracts from each value the mean over the surrounding second, to remove drift of the spindle's speed.
+/// Subtracts the mean over the surrounding second.
 std::vector<double> without_drift(const std::vector<double>& values, double rate) {
   const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
   const auto count = static_cast<std::ptrdiff_t>(values.size());
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    // the interval of the mean is symmetric about the value, so that a linear drift is removed completely
+    // symmetric, so that a linear drift vanishes
     const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
@@ -153,8 +147,7 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Returns the power density (1/Hz) of the noise next to a spectral line: the median over the frequencies next to the
-/// band in which the line is followed.
+/// Power density (1/Hz) beside a line: the median next to its band.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -167,8 +160,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// Returns a copy of the process `noise` (the random fluctuation of a line) whose variance is smaller by
-/// `variance`.
+/// With a variance smaller by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -184,8 +176,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // The noise in the band has the power `floor` times the integral of |H|² = 2^-(f/bandwidth)². This is the power
-  // response of the band's filter at the distance f (Hz) from the line.
+  // Power of the noise in the band: `floor` ∫|H|², |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -228,12 +219,11 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // the frequencies already tried as spectral lines: frequency (Hz), and full width of the line's band (Hz)
+  // frequency and full width of the band, Hz
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A spectral line whose frequency fluctuates has several peaks in the spectrum. So a peak is skipped if its
-    // distance from a frequency already tried is less than the full width of the band of the line tried there.
+    // A fluctuating line has several peaks: skip those within a band already tried.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);
@@ -244,8 +234,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise near the line's frequency stays in the sound, as a part of the noise model. So the variance that it
-    // causes is subtracted from the variance of the line. Otherwise this noise would be counted twice.
+    // The noise near the line stays in the noise model, so its variance is not counted twice.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
@@ -260,10 +249,7 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The frequency of the line is assumed to have a normal distribution. The spectrum of the line is
-    // the weighted sum of the spectra of kPoints sinusoids in a Hann window, which have a closed form.
-    // Their frequencies are evenly spaced from −2 to 2 standard deviations around the line's mean
-    // frequency.
+    // Normal distribution of the frequency: weighted sum of kPoints sinusoids in a Hann window over ±2 σ.
     constexpr int kPoints = 9;
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

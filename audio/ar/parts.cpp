@@ -9,14 +9,13 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kFrame = 0.05;  // s, length of the frames into which the recording is divided
-// dB, if the level is lower than that of the loud frames by more than this, the drill counts as inaudible
+constexpr double kFrame = 0.05;  // s, frames of the recording
+// dB below the loud frames: inaudible
 constexpr double kAudible = 25;
-constexpr double kEvenWithin = 1.5;  // dB, largest change over kEvenOver frames that counts as a constant level
-// number of frames over which the change of the level must be at most kEvenWithin
+constexpr double kEvenWithin = 1.5;  // dB, largest change over kEvenOver frames of a constant level
 constexpr std::ptrdiff_t kEvenOver = 6;
 constexpr double kUnderLoad = 2.5;  // dB, increase over the idle level that counts as load
-constexpr double kShortest = 0.2;   // s, shortest part; a part that is shorter is merged with its neighbour
+constexpr double kShortest = 0.2;   // s, shorter parts are merged
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Returns the level of each frame in dB.
@@ -30,8 +29,7 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// Returns the level that best separates quiet from loud frames (Otsu 1979); no value if all frames have similar
-/// levels.
+/// Level that separates quiet from loud frames (Otsu 1979), if they differ.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);
@@ -86,8 +84,7 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // Divides the time between the first and the last frame of constant level into idle and load. A part that is shorter
-  // than kShortest becomes a part of its neighbour.
+  // Idle and load between the first and last constant frame; parts below kShortest join their neighbour.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

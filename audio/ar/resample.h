@@ -1,5 +1,4 @@
-// Sample-rate conversion by windowed sinc (Smith 1984), for whole sounds (not in real time) and for noise while it is
-// generated (in real time).
+// Windowed sinc (Smith 1984): whole sounds offline, noise in real time.
 #pragma once
 
 #include <span>
@@ -7,30 +6,27 @@
 
 namespace typodont::audio {
 
-/// Converts a whole sound to another sampling rate. Kaiser window, 64 zero crossings on each side, stop band below -110
-/// dB. The pass band ends at 0.47 of the lower of the two rates. No delay. Not for real time.
+/// Kaiser window, 64 zero crossings a side, stop band -110 dB, pass band to 0.47 of the lower rate, no delay.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
-/// Interpolation kernels that evaluate a sampled signal between its samples. There is one set per playback speed, with
-/// a cut-off that prevents aliasing at that speed. Shared by all streams of a synthesizer; constant after construction.
+/// Kernels between samples, one set per playback speed against aliasing. Constant, shared by all streams.
 class InterpolationKernels {
  public:
   static constexpr int kPhases = 512;
-  /// Computes the kernels for playback speeds up to `fastest` (input samples per output sample).
+  /// `fastest`: input samples per output sample.
   explicit InterpolationKernels(double fastest);
 
-  /// Returns the signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 …
-  /// reach].
+  /// Signal at `offset` (0 ≤ offset < 1) after *x; reads x[−reach+1 … reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  // returns the number of samples that read() uses on each side of the position
+  // samples that read() uses on each side
   int reach(double speed) const noexcept;
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:
   struct Set {
-    double speed;  // the highest playback speed for which this set of kernels is used
+    double speed;  // largest speed of this set
     int taps;      // number of filter taps; a multiple of 16
-    // filter coefficients: one row of `taps` values for each of kPhases + 1 positions between two samples
+    // rows of `taps` for kPhases + 1 positions between samples
     std::vector<float> rows;
   };
   const Set& set_for(double speed) const noexcept;

@@ -23,7 +23,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     std::nth_element(around.begin(), middle, around.end());
     const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
     if (prominence < at_least_dB) continue;
-    // The position of the peak between the bins is computed with a parabola through the logarithms of three bins.
+    // Parabola through the logarithms of three bins.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
     const double curve = l - 2 * c + r;
     const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
@@ -42,14 +42,13 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  // best_score: dB, best score so far; its initial value is the smallest score that is accepted
+  // dB; initial value: least accepted score
   double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      // A harmonic that was found adds its prominence minus 5 dB to the score. A missing harmonic subtracts 5 dB, but
-      // only if a higher harmonic was found.
+      // Found harmonics add prominence − 5 dB; missing ones below a found one subtract 5 dB.
       double score = 0, missing = 0;
       int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {

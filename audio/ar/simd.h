@@ -1,5 +1,5 @@
-// Vectors of fixed length for SIMD instructions. The operations and their order do not depend on the processor's vector
-// length, so the sound has the same bits on every processor. (The build forbids contraction to fused multiply-add.)
+// Vectors of fixed length: the same operations in the same order, and so the same bits, on every processor (no fused
+// multiply-add).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ using Int16x = std::int32_t __attribute__((vector_size(64)));
 using Float16Unaligned = float __attribute__((vector_size(64), aligned(4), may_alias));
 using Double8Unaligned = double __attribute__((vector_size(64), aligned(8), may_alias));
 
-// Compiles a function once for each generation of processors; the program selects the copy when it starts.
+// One copy per processor generation, selected at the start.
 #define TYPODONT_CLONES TYPODONT_DISPATCH("default", "arch=x86-64-v3", "arch=x86-64-v4")
 
 }  // namespace typodont::audio

@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-// full scale² per Hz, smallest power density (-200 dB); a value that is smaller than this is replaced by it
+// full scale² per Hz, smallest density (-200 dB)
 constexpr double kSilence = 1e-20;
 }  // namespace
 

@@ -12,17 +12,16 @@
 namespace typodont::audio {
 
 namespace {
-// s, the speed is followed only in sounds whose length is between these limits
+// s, lengths of sounds whose speed is followed
 constexpr double kShortest = 0.5, kLongest = 60;
-// dB, least prominence above its surroundings that a spectral line must have to be followed
+// dB above its surroundings of a line that is followed
 constexpr double kProminence = 10;
 constexpr std::size_t kMostTried = 6;  // largest number of spectral lines that are tried, strongest first
-// s, length of the moving average over the speed, which changes smoothly because the spindle has inertia
+// s, moving average: a spindle has inertia
 constexpr double kSmoothing = 0.3;
-constexpr int kPasses = 3;  // number of moving averages in succession, which are together nearly a Gaussian filter
+constexpr int kPasses = 3;  // averages in succession, nearly Gaussian
 
-/// Fits a straight line to values[from … from + count) by least squares. Returns the value of this line at the index
-/// `at`.
+/// Line fitted to values[from … from + count), at `at`.
 double extrapolated(const std::vector<double>& values, std::size_t from, std::size_t count, double at) {
   double mean = 0, slope = 0, squares = 0;
   const double middle = static_cast<double>(from) + 0.5 * static_cast<double>(count - 1);
@@ -35,8 +34,7 @@ double extrapolated(const std::vector<double>& values, std::size_t from, std::si
   return mean + (squares > 0 ? slope / squares : 0) * (at - middle);
 }
 
-/// Smooths `values` by kPasses moving averages, each over 2 × `half` + 1 neighbouring values. For the averages near
-/// both ends, the values are extrapolated along a fitted straight line.
+/// kPasses averages over 2 × `half` + 1 values, extrapolated linearly at the ends.
 void smooth(std::vector<double>& values, std::size_t half) {
   const std::size_t count = values.size(), margin = kPasses * half, fitted = std::min(count, 2 * margin + 1);
   std::vector<double> padded(count + 2 * margin);
@@ -78,9 +76,7 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The filter that isolates the spectral line needs samples on both sides. So the track begins some time after the
-    // sound's start and ends equally long before its end. Before and after the track, the speed is assumed to be
-    // constant.
+    // The filter needs samples on both sides; beyond the track, the speed is constant.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

@@ -24,8 +24,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// A lower limit for the time of a recursive filter. It makes as many multiply-adds per sample as the filter has
-/// coefficients, in the same vectors and registers, but without feedback. No filter in direct form can be faster.
+/// Lower bound of any direct form: its multiply-adds without feedback.
 TYPODONT_CLONES void multiply_add_floor(const float* a, int order, const float* x, float* y, int count) {
   for (int n = 0; n < count; n += 64) {
     Float16 even[4] = {}, odd[4] = {};
@@ -80,14 +79,13 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
 
   FitOptions fit;
   fit.order = std::to_string(*std::max_element(options.orders.begin(), options.orders.end()));
-  // fits without separate spectral lines, because these rows measure how well a filter of each order fits the recording
+  // the rows measure how well noise fits
   fit.lines = false;
   const FitReport best = fit_recording(options.recording, fit);
   for (const int order : options.orders) {
     const ArModel model = truncated(best.model, static_cast<std::size_t>(order));
     const std::string knob = "order " + std::to_string(order);
 
-    // Compares the spectrum of a model of this order with the recording's spectrum.
     const std::size_t points = 2 * best.frequencies.size();  // samples in a segment of the recording's Welch spectrum
     const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;
@@ -104,8 +102,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     });
     rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
-    // The error is measured with a filter that has not been used before. The time is then measured with the same filter
-    // in many repetitions.
+    // Error with a new filter, time with the same one afterwards.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);
@@ -163,8 +160,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // Measures the complete voice, with its spectral lines. Each row gives the time per sample, and the fraction of one
-  // processor core that the voice needs in real time.
+  // The whole voice: time per sample, fraction of a core.
   SoundModels models;
   models.idle = fit_recording(options.recording, {}).model;
   models.free_speed = 300 * kKrpm;

@@ -1,5 +1,4 @@
-// Estimates the audio device's clock from the times of its callbacks. The scheduler delays these times by random
-// amounts.
+// The device's clock, from callbacks that the scheduler delays.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +9,12 @@
 
 namespace typodont::audio {
 
-/// Delay-locked loop after Adriaensen 2005 ("Using a DLL to filter time"). It follows the mean rate of the callbacks
-/// and removes their jitter. Audio thread.
+/// Delay-locked loop (Adriaensen 2005, "Using a DLL to filter time"). Audio thread.
 class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// Returns the time at which the callback for `samples` samples would have come without jitter. `t` is the time at
-  /// which it came. If `t` differs from the expected time by more than four periods plus 20 ms (because the device
-  /// stopped or starved), the filter restarts.
+  /// When the callback at `t` was due. Restarts at a difference above four periods plus 20 ms.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
@@ -27,7 +23,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // The loop begins with a wide bandwidth. So if a callback at the start is late, its effect ends soon.
+      // Wide at first, so that a late start is soon forgotten.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;
@@ -50,7 +46,7 @@ class ClockFilter {
   int samples_ = 0;
   bool running_ = false;
   long long seen_ = 0;
-  Nanos next_ = 0;     // ns, integer part of the time at which the next callback is due
+  Nanos next_ = 0;     // ns, integer part of the next due time
   double rest_ = 0;    // ns, fractional part of next_
   double period_ = 0;  // ns, time between two callbacks
 };

@@ -23,8 +23,7 @@ DeviceOutput::~DeviceOutput() {
 }
 
 bool DeviceOutput::close_within(Nanos patience) {
-  // PortAudio can wait ten minutes for a callback that a dead JACK server never makes, so the stream is closed on
-  // another thread.
+  // Closed on another thread: PortAudio can wait ten minutes for a dead JACK server.
   if (closed_->load()) {
     closed_->store(false);
     std::thread([backend = backend_, closed = closed_] {
@@ -126,8 +125,7 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // The buffer must end one margin (kMargin) before the time at which this callback is due, so that all ticks of the
-  // buffer's time span have arrived. So the buffer starts one buffer length and one margin before the due time.
+  // The buffer ends kMargin before this callback is due, so its ticks have arrived.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
@@ -143,8 +141,7 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
     for (int i = 0; i < count; ++i) {
       const float* const frame = part.data() + i * given;
       for (int c = 0; c < channels; ++c) {
-        // A mono sound is copied to all channels of the device. A stereo sound goes to the first two channels of the
-        // device; a device with one channel gets the mean of left and right.
+        // Mono to all channels; stereo to the first two, or their mean to one.
         if (given == 1)
           *out++ = frame[0];
         else if (channels == 1)

@@ -1,4 +1,4 @@
-// Sound output through a sound card that may be disconnected and connected again.
+// A sound card that may be unplugged and return.
 #pragma once
 
 #include <array>
@@ -24,13 +24,12 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// ns; the sample of a tick leaves the program one buffer length plus this margin after the tick. The margin allows
-  /// for a late callback and for the time that a tick needs to pass through the queue.
+  /// ns, for late callbacks and the ticks' queue
   static constexpr Nanos kMargin = 1'000'000;
-  /// ns, if no callback comes for this time, the device counts as lost
+  /// ns without a callback: lost
   static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  /// ns, longest time to wait for a library that does not release the device
+  /// ns, longest wait for a library that does not let go
   static constexpr Nanos kPatience = 2'000'000'000;
 
  private:
@@ -39,9 +38,9 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  /// shared with the thread that closes the stream, because closing may take long
+  /// shared with the thread that closes it
   std::shared_ptr<StreamBackend> backend_;
-  std::shared_ptr<std::atomic<bool>> closed_;  // false while the thread that closes the stream is still working
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while it is being closed
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;
@@ -50,9 +49,9 @@ class DeviceOutput final : public AudioOutput {
   Nanos last_look_samples_at_ = 0, next_try_ = 0;
   std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
 
-  // Estimates the device's clock. While a stream runs, only the audio thread uses clock_, offset_ and block_.
+  // Only the audio thread uses clock_, offset_ and block_ while a stream runs.
   ClockFilter clock_{48000};
-  Nanos offset_ = 0;  // ns, difference between the two clocks: tick time minus host time
+  Nanos offset_ = 0;  // ns, tick time minus host time
   std::array<float, 4096> block_{};
 
   std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};

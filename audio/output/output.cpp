@@ -1,4 +1,4 @@
-// Creates sound outputs by address, and contains the two outputs that need no device.
+// Outputs by address, and the two that need no device.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Writes a file. Renders when advance() is called, as fast as possible.
+/// Renders in advance(), as fast as possible.
 class FileOutput final : public AudioOutput {
  public:
   FileOutput(const std::string& file, const AudioOptions& options)
@@ -66,7 +66,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// The output "none:". It never calls the source, so it costs no time.
+/// "none:" never calls the source.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

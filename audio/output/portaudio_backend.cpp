@@ -18,7 +18,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Suppresses the messages of ALSA and JACK about missing devices on standard error, which are irrelevant to the user.
+/// Suppresses messages of ALSA and JACK about missing devices.
 class QuietErrors {
  public:
   QuietErrors() {
@@ -40,8 +40,7 @@ class QuietErrors {
   int saved_ = -1;
 };
 
-/// Initialises PortAudio while an object of this type exists. When the first object is created, PortAudio searches for
-/// devices again.
+/// Keeps PortAudio initialised; the first object searches for devices again.
 class Library {
  public:
   Library() {
@@ -101,7 +100,7 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // Uses the requested channels and rate if the device supports them, otherwise the device's own format.
+    // The requested format, or the device's own.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {
@@ -150,7 +149,7 @@ class PortAudioBackend final : public StreamBackend {
       return paAbort;
     }
     const bool underrun = (flags & (paOutputUnderflow | paOutputOverflow)) != 0;
-    // Uses the host's monotonic clock, because the ticks use it too. PortAudio's clock may be a different one.
+    // The ticks' clock; PortAudio's may differ.
     const bool more = request.callback(request.self, static_cast<float*>(out), static_cast<int>(frames),
                                        backend->channels_, now(), underrun);
     return more ? paContinue : paComplete;

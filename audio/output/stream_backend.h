@@ -1,4 +1,4 @@
-// Interface to a sound card library: PortAudio in the program, a simulated card in the tests.
+// PortAudio in the program, a simulated card in tests.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 namespace typodont::audio {
 
 struct StreamRequest {
-  std::string device;      // device name or a part of it; empty: the default device
+  std::string device;      // name or a part of it; empty: default
   double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
-  int channels = 1;  // wanted number of channels; if the device does not support it, the stream has one or two channels
-  /// Called on the audio thread. Fills frames × channels samples. Returns false to end the stream.
+  int channels = 1;  // wanted; the stream may have one or two
+  /// Audio thread; frames × channels samples; false ends the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;
 };
@@ -28,13 +28,12 @@ struct StreamOpened {
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Opens a stream. Throws Error if no device has this name, RunFailure if the device refuses.
+  /// Throws Error for an unknown name, RunFailure if the device refuses.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
-  /// Returns false after the device has disappeared or the stream has stopped by itself.
+  /// false: the device is gone, or the stream stopped.
   virtual bool alive() noexcept = 0;
-  /// Closes the stream. Once this call has begun, the callback is not called again. The call may take minutes if the
-  /// sound server died.
+  /// No callback from now on. May take minutes if the sound server died.
   virtual void close() noexcept = 0;
 };
 

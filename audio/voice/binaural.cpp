@@ -40,8 +40,7 @@ double ear_shadow(double angle) {
 }
 
 Binaural::Binaural(double sample_rate) : rate_(sample_rate), glide_(1 - std::exp(-1 / (kGlide * sample_rate))) {
-  // Coefficients of the bilinear transform of the filter (1 + jαω/2ω0) / (1 + jω/2ω0), which models the acoustic shadow
-  // of the head (α: factor of the shadow). k: sample rate divided by ω0.
+  // Bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0); k = rate / ω0.
   const double k = rate_ / kOmega;
   input_ = 1 / (1 + k);
   slope_ = k / (1 + k);

@@ -23,8 +23,7 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Returns the factor by which the tissue changes the power at a frequency in Hz. The change of the whole level is not
-/// included.
+/// Factor of the power at `frequency` (Hz), without the level.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;
@@ -41,8 +40,7 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Here, the power of a sound is the sum over kPoints frequencies. This function converts the power of a line to the
-  // same unit.
+  // In the unit of this function: a sum over kPoints frequencies.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);
@@ -54,9 +52,7 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // power_factor() changes only the shape of the spectrum; the factor `scale` sets the level of the sound. A noise
-    // floor is added at -100 dB relative to the mean power of the idle sound, so that the Levinson recursion stays
-    // well-conditioned.
+    // Level. A floor at -100 dB of the idle sound keeps Levinson well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

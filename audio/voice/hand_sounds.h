@@ -1,4 +1,4 @@
-// Sounds of knocks (a tool hits a tooth), scraping, suction and water spray. Modelled, not recorded.
+// Knocks, scraping, suction and spray: modelled, not recorded.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::audio {
 
-/// Three decaying modes (resonances) per tissue (van den Doel & Pai 1998), excited by knocks and by scraping.
+/// Three decaying modes per tissue (van den Doel & Pai 1998).
 class ModalBank {
  public:
   explicit ModalBank(double sample_rate);
@@ -21,7 +21,7 @@ class ModalBank {
   static constexpr int kModes = 3;
   struct Mode {
     float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
-    // complex factor by which the amplitude is multiplied per sample: rotates its phase and reduces its magnitude
+    // rotation and decay per sample
     float turn_re = 0, turn_im = 0;
     float weight = 0;
   };
@@ -31,12 +31,11 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// The sound of a tip that slides over asperities (small bumps) at distances of 20 µm. It is band-pass noise around the
-/// rate at which the tip meets the asperities. Softer tissue damps high frequencies more.
+/// Asperities every 20 µm: band-pass noise around their rate. Soft tissue damps.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
-  /// Returns the next sample. `slip`: m/s, speed of sliding. `level`: wanted amplitude.
+  /// `slip`: m/s.
   float next(float slip, float level, Tissue tissue) noexcept;
 
  private:
@@ -61,7 +60,7 @@ class Suction {
   float y1_ = 0, y2_ = 0, gurgle_ = 0;
 };
 
-/// Water spray: the hiss of air and water jets above 2 kHz, and droplets that burst on the surface.
+/// Hiss above 2 kHz, and droplets that burst.
 class Spray {
  public:
   Spray(double sample_rate, std::uint64_t seed);

@@ -9,9 +9,9 @@
 namespace typodont::audio {
 
 namespace {
-// ratio of a spectral line's frequency to the sample rate; a line with a higher ratio is omitted
+// highest frequency / sample rate
 constexpr double kHighest = 0.45;
-constexpr int kWarmUp = 4000;  // a LineNoise process starts from zero; after this number of values it is stationary
+constexpr int kWarmUp = 4000;  // values until a process is stationary
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
@@ -62,8 +62,7 @@ void RotorLines::add(const double* speeds, const float (*gains)[kMost], const bo
 
 void RotorLines::Oscillator::add(const double* speeds, const float* power, float* out, int count,
                                  double rate) noexcept {
-  // Only the loop over the phase has iterations that depend on each other. All other loops have independent iterations,
-  // so that the compiler vectorises them.
+  // Only the loop over the phase is serial; the others vectorise.
   while (count > 0) {
     if (since == step) {
       since = 0;
@@ -73,7 +72,7 @@ void RotorLines::Oscillator::add(const double* speeds, const float* power, float
       wanders_next = frequency_noise.next();
     }
     const int n = std::min(count, step - since);
-    // change of the phase per sample for a frequency of 1 Hz
+    // phase per sample and Hz
     const auto per_hertz = static_cast<float>(0x1p32 / rate);
     const auto highest = static_cast<float>(kHighest * rate);
     const auto hertz = static_cast<float>(frequency + wanders);

@@ -1,4 +1,4 @@
-// Oscillators for the spectral lines of a drill's models; their frequency is proportional to the spindle's speed.
+// Oscillators of the models' lines; frequency ∝ speed.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-/// Generates a LineNoise (a slow random process): one value per kLineStep samples of the model's rate.
+/// One value per kLineStep samples.
 class RunningNoise {
  public:
   RunningNoise(const LineNoise& noise, std::uint64_t seed);
@@ -21,15 +21,14 @@ class RunningNoise {
   GaussianNoise white_;
   double gain_;
   std::vector<double> a_;
-  std::vector<double> past_;  // ring buffer; every value is stored twice, so that a window of the buffer is contiguous
+  std::vector<double> past_;  // ring, stored twice so that a window is contiguous
   std::size_t at_ = 0;
 };
 
-/// The spectral lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition
-/// between them causes no beats. Only the constructor allocates.
+/// Idle and working sound share oscillators, so a transition has no beats. Only the constructor allocates.
 class RotorLines {
  public:
-  /// Gain of a spectral line in each tissue's sound, as a ratio to the line's amplitude.
+  /// Gain of a line in each tissue's sound.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}
@@ -37,23 +36,22 @@ class RotorLines {
   bool empty() const noexcept { return oscillators_.empty(); }
 
   static constexpr int kMost = 64;  // largest number of samples per call of add()
-  /// Adds the next `count` samples, at most kMost, of all lines to `out`. `speeds`: for each sample, the ratio of the
-  /// spindle's speed to its speed in the recording. gains[t][i]: gain of tissue t's sound at sample i, read only if
-  /// active[t]. The idle sound is that of tissue air.
+  /// Adds `count` ≤ kMost samples. `speeds`: relative to the recording; gains[t][i] read only if active[t]; air is
+  /// idle.
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
  private:
   struct Oscillator {
-    double frequency;  // Hz, frequency if the spindle has the speed of the recording
+    double frequency;  // Hz at the recording's speed
     float amplitude;
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
-    int step;                 // number of device samples between two values of the line noises
-    int since = 0;            // number of samples since the last value of the line noises was computed
+    int step;                 // device samples between noise values
+    int since = 0;            // samples since the last noise value
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
-    /// relative deviation of the spectral line's amplitude: last and next value of its noise; interpolated in between
+    /// relative amplitude deviation: last and next value
     double varies = 0, varies_next = 0;
-    double wanders = 0, wanders_next = 0;  // Hz, last and next value of the deviation of the frequency
+    double wanders = 0, wanders_next = 0;  // Hz, last and next deviation of the frequency
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;
   };
 

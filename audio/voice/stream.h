@@ -1,4 +1,4 @@
-// The endless sound of one model, played at a variable speed.
+// One model's endless sound at a variable speed.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,14 @@
 
 namespace typodont::audio {
 
-/// Filters white noise at the model's own rate, then interpolates the result to the device's rate times the playback
-/// speed. All parts of the spectrum shift together, as they do when a rotor slows down. Nothing is computed unless it
-/// is read.
+/// Noise filtered at the model's rate, then interpolated: the whole spectrum shifts with the rotor. Computed only as
+/// read.
 class ModelStream {
  public:
-  /// `kernels` must outlive the stream and cover the highest playback speed.
+  /// `kernels` outlives the stream and covers its highest speed.
   ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels, std::uint64_t seed);
 
-  /// Adds gain[i] times the next sample, played at speed[i] (1: as recorded), to out[i]. While the gain is zero, the
-  /// playback position does not move.
+  /// out[i] += gain[i] × sample at speed[i] (1: as recorded). The position rests while the gain is zero.
   void add(const double* speed, const float* gain, float* out, int count) noexcept;
 
  private:
@@ -33,7 +31,7 @@ class ModelStream {
   std::vector<float> samples_;
   int filled_ = 0;
   int at_ = 0;         // index of the sample before the playback position
-  double offset_ = 0;  // 0 … 1, distance of the playback position from sample at_
+  double offset_ = 0;  // 0 … 1 after sample at_
 };
 
 }  // namespace typodont::audio

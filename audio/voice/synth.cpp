@@ -21,39 +21,36 @@ namespace typodont::audio {
 
 namespace {
 
-// Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-constexpr double kFastestSpeed = 2;  // largest speed of the spindle, as a ratio to its free speed
-constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes except those of water and suction
-// s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
+// Sources in audio/README.md.
+constexpr double kFastestSpeed = 2;  // of the free speed
+constexpr double kAttack = 0.5e-3;   // s, all levels except water and suction
+// s from rest to free speed, measured; for jumps of the speed
 constexpr double kRunUp = 0.4;
-// s, time constant of the run-down from free speed, measured in the same recording as kRunUp
+// s, time constant from free speed, same recording
 constexpr double kRunDown = 1.25;
-// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off;
-// a smaller change comes from the load
+// of the free speed per tick: switched on or off, not loaded
 constexpr double kJump = 0.5;
-// ratio to the free speed; if the spindle is slower than this, the drill is silent
+// of the free speed: silent below
 constexpr double kAtRest = 0.03;
-constexpr float kTouchStrength = 0.02f;  // amplitude of the knock when a tool meets the tissue; full scale is 1
+constexpr float kTouchStrength = 0.02f;  // full scale 1
 constexpr float kTapPerNewton = 0.25f;
-// N/s; a force that rises faster than this sounds as a knock; a force that rises more slowly makes no knock
+// N/s, faster rises knock
 constexpr double kSlowRise = 20;
-constexpr float kScrapeLevel = 0.12f;  // amplitude of the scraping sound at 1 N and 20 mm/s
+constexpr float kScrapeLevel = 0.12f;  // at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
-// Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
-// dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
+// σ, 4 dB below the idling turbine: 63 to 75 dB(A) alone, 67 to 80 with a handpiece (Dutta et al., J Conserv Dent 16
+// (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// rate at which the levels of water and suction change, as a ratio to the rate of all other levels
+// of other levels' rate: water and suction
 constexpr float kWaterRate = 0.02f;
-// If the bur turns slowly, the working sound consists of bursts, one per cutting edge of the bur. Each burst decays
-// until the next one. The mean power of the bursts equals the power of the steady sound. Up to kApart edges per second
-// (Hz), all edges are heard separately; from kFused on, the sound is steady.
+// Slow burs: a decaying burst per edge, with the power of the steady sound. Separate up to kApart edges per s, steady
+// from kFused.
 constexpr double kApart = 60, kFused = 200;
-// within the interval between two cutting edges, a burst decays by the factor exp(-kDying)
+// decay exp(-kDying) between two edges
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
-/// While an object of this type exists, denormal numbers are set to zero. So a decaying filter takes no more time than
-/// a loud filter, and the bits do not depend on the calling thread's floating-point mode.
+/// Denormals are zero: constant time, and bits independent of the caller's mode.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -75,7 +72,7 @@ class FlushDenormals {
 #endif
 };
 
-/// A level that moves exponentially towards its target and finally reaches it exactly.
+/// Exponential, and finally exact.
 struct Level {
   float value = 0, target = 0;
   float next(float rate) noexcept {
@@ -86,7 +83,7 @@ struct Level {
   bool zero() const noexcept { return value == 0 && target == 0; }
 };
 
-/// Soft limiter: linear up to 0.7 of full scale, then compressed so that full scale is never exceeded.
+/// Linear to 0.7, then compressed below full scale.
 float limited(float x) noexcept {
   const float size = std::abs(x);
   if (size <= 0.7f) return x;
@@ -143,8 +140,7 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // A working sound that was derived from the idle sound has the spectral lines of the idle model, changed by the
-    // tissue. A recorded working sound has its own lines.
+    // Derived working sounds have the idle lines, changed by the tissue; recorded ones their own.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -169,7 +165,7 @@ struct DrillSynth::Impl {
     return fastest / sample_rate;
   }
 
-  /// Returns the index of the sample at time t; exact even for sessions that last months.
+  /// Exact for months.
   double index_of(Nanos t) const noexcept {
     const Nanos seconds = t / kNanosPerSecond;
     return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
@@ -202,7 +198,7 @@ struct DrillSynth::Impl {
     const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // if the state names no tissue, dentin is used
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Drill: fades from the idle sound to the tissue's working sound at equal power.
+    // Idle to work at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     for (std::size_t t = 1; t < weights.size(); ++t) {
@@ -211,7 +207,7 @@ struct DrillSynth::Impl {
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
     bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;
 
-    // Hand instrument: a knock when the force rises fast, scraping when the instrument slides.
+    // Knock at a fast rise, scraping when sliding.
     if (by_hand && contact) {
       const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
       const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
@@ -238,14 +234,14 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Renders up to kChunk samples. In this interval, no new state of the servo takes effect.
+  /// Up to kChunk samples without a new state.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];
     float working[kChunk] = {};
     std::fill(out, out + count, 0.0f);
 
-    // Computes the speed of the spindle, and whether the drill is audible.
+    // Speed, and whether the drill is audible.
     bool turning = false;
     for (int i = 0; i < count; ++i) {
       if (gliding) {
@@ -269,9 +265,7 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // A level (the amplitude of a sound) that has reached its target no longer changes. This is tested for each sample
-    // and not for each chunk, because the length of the chunks depends on the caller's buffers, and the result must not
-    // depend on them.
+    // Per sample, because chunks depend on the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -283,29 +277,27 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        // the amplitude of the idle sound, speed^3.75; the exponent was measured in a recorded run-down
-        // (audio/README.md)
+        // speed^3.75 (audio/README.md)
         rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // The idle noise comes from air and bearings and grows as speed^3.75; the cutting sound is proportional to the
-        // speed.
+        // Idle ∝ speed^3.75 (air, bearings), cutting ∝ speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // the spectral lines come from the motor, so they continue between the bursts of the cutting edges
+      // the motor's lines continue between bursts
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        // Phase step of the tone per sample at free speed, in turns.
+        // Turns per sample at free speed.
         const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {
@@ -336,7 +328,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// Changes the working sound to one burst per cutting edge, if the edges are slow enough to be heard separately.
+  /// A burst per edge, if the edges are heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -354,7 +346,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // Processes the waiting states that take effect at this sample or at an earlier one.
+      // States due at this sample or before.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;
@@ -387,9 +379,9 @@ struct DrillSynth::Impl {
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // for each tone of the rotor: its phase in turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // 0..1, phase of the bursts: elapsed fraction of the interval between two cutting edges
+  double tooth_phase = 0;  // 0..1 between two edges
   InterpolationKernels kernels;
-  // sounds that are mixed: first the idle sound, then the working sound of each tissue
+  // idle, then work in each tissue
   std::vector<ModelStream> streams;
   RotorLines lines;
   ModalBank modal;
@@ -400,18 +392,17 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // ring buffer of the states whose time is in the future
+  std::vector<SoundState> pending;  // ring of states in the future
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
-  // numbers of samples since the start: present sample, first sample of the next call, and time of the last state
+  // samples since the start: now, next call, last state
   double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  // spindle speed of the sound now, the speed at the end of the present ramp, and the change per sample of the ramp, as
-  // ratios to the free speed
+  // of the free speed: now, end of ramp, change per sample
   double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
-  // gain of each stream: first the idle sound, then the working sound of each tissue
+  // of each stream
   std::array<Level, kTissueCount> weights;
   Level bright, scrape_level, suction_level, spray_level;
   float slip = 0, low = 0;

@@ -61,8 +61,7 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
-  // The file is a table of ticks if it has columns that only ticks have; its other columns are ignored. In a contact
-  // file, every column must be known.
+  // Ticks have columns of their own and may have others; a contact file may not.
   const auto header = header_of(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {
@@ -103,7 +102,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // index of the earlier row from which the differences to the present row are computed
+  std::size_t back = 0;  // earlier row of the differences
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");
@@ -132,8 +131,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
           elapsed;
       state.slip_speed = glm::length(v - n * glm::dot(v, n)) * kMillimetre;
     }
-    // Without contact, the force comes only from inertia and damping, which make no sound. So the force is used only in
-    // contact.
+    // Force without contact is inertia and damping, which are silent.
     if (has_area && state.contact_area == 0 && state.removal_rate == 0) state.force = 0;
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;
@@ -148,8 +146,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
 }
 
 std::optional<SoundState> VoicedTrack::next() noexcept {
-  // Values for an air turbine: stall torque of at most 2.33 N·mm (measured on handpieces); bur with a diameter of 1.2
-  // mm; friction coefficient of 0.4 at the bur's rim.
+  // Air turbine: stall torque at most 2.33 N·mm (measured), bur of 1.2 mm, friction 0.4 at its rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
   if (row_ == track_.states.size()) return std::nullopt;

@@ -13,13 +13,13 @@ namespace typodont::audio {
 
 namespace {
 
-// number of frequencies, from 0 to half the sample rate of the model, at which a power spectrum is computed: 2^13 + 1
+// 2^13 + 1 frequencies from 0 to half the rate
 constexpr std::size_t kPoints = 8193;
-// Hz, sample rate of a usual sound device; brightened() evaluates the synthesizer's low-pass filter for this rate
+// Hz of a usual device
 constexpr double kRate = 48000;
 constexpr double kMostBright = 30;  // largest gain of the frequencies above kBrightFrom
 
-/// Power of a sound in full scale², in total and above kBrightFrom.
+/// full scale²
 struct Power {
   double all = 0, high = 0;
   void add(double frequency, double power) {
@@ -28,16 +28,14 @@ struct Power {
   }
 };
 
-/// Returns the factor |1 + gain (1 - low)|² of the power at a frequency: the synthesizer multiplies the signal without
-/// its low frequencies by the gain, and adds the result to the signal.
+/// |1 + gain (1 - low)|²: the synthesizer adds gain × the signal without low frequencies.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// Adds the power of the model's noise. `speed`: playback speed relative to the recording; `gain`: factor of the power;
-/// `bright`: gain of the high frequencies.
+/// `speed`: relative to the recording; `gain`: of the power; `bright`: of high frequencies.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -75,9 +73,7 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // The search varies the gain of the high frequencies. For each value of this gain, the gain of the working sound is
-  // chosen so that the whole sound has the measured level. A larger gain of the high frequencies then gives a higher
-  // level above kBrightFrom. So bisection finds the gain at which this level equals the measured one.
+  // Bisection of the high frequencies' gain; for each, the working gain gives the measured level.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);
