@@ -129,7 +129,7 @@ class Rows {
   void collision(const SpherePacking& packing, bool quick) {
     Tool head;
     head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
-    const ToolSpheres tool = tool_spheres(head, kToolSpheres, 1);
+    const ToolSpheres tool = tool_spheres(head, kToolSpheres);
     const SphereTree tissue(packing.center, packing.radius), of_tool(tool.center_T, tool.radius);
     std::mt19937_64 random(1);
     const int looks = quick ? 5 : 40;
@@ -195,7 +195,7 @@ class Rows {
     if (!on_device) return;
     Tool head;
     head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
-    const ToolSpheres tool = tool_spheres(head, kToolSpheres, 1);
+    const ToolSpheres tool = tool_spheres(head, kToolSpheres);
     const SphereTissue tissue(packing, Removal::kMended);
     ComputePasses passes(std::move(on_device), {&tool, 1});
     passes.load(tissue);

@@ -98,7 +98,7 @@ EndLaw law_of(const Tool& tool, bool cuts) {
   return law;
 }
 
-TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByLaws6TheSameInFloats) {
+TEST(ImplantEnd, BlocksOfVoxelsInFloatsGiveTheSumVoxelByVoxelWithinAThousandth) {
   std::mt19937 random(28);
   std::uniform_real_distribution<double> unit(-1, 1);
   const Tool tools[] = {
@@ -116,26 +116,16 @@ TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByL
       if (round % 5 == 0) law.speed = -law.speed;
       const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35 + tool.half() / kVoxel + 1.5 * unit(random));
       const dquat R = glm::normalize(dquat(1, 0.1 * unit(random), 0.1 * unit(random), unit(random)));
-      law.laws = 5;
-      const EndLook ours = look_at_end(end, patch, law, center, R);
       const EndLook slow = summed_one_by_one(voxels, patch, law, center, R);
-      EXPECT_EQ(ours.engaged, slow.engaged) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.collided, slow.collided) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.free, slow.free) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.greatest_grey, slow.greatest_grey) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.tissue, slow.tissue) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.hardness, slow.hardness) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.wrench.force, slow.wrench.force) << tool.name << ", round " << round;
-      EXPECT_EQ(ours.wrench.torque, slow.wrench.torque) << tool.name << ", round " << round;
       // A voxel may count differently if rounding decides its contact or its nearest sample. Here this is one voxel in
       // a thousand.
-      law.laws = 6;
       const EndLook floats = look_at_end(end, patch, law, center, R);
       const auto near = [&](double a, double b, double whole) {
         EXPECT_NEAR(a, b, 1e-3 * whole + 1e-15) << tool.name << ", round " << round;
       };
       near(floats.engaged, slow.engaged, slow.engaged);
       near(floats.collided, slow.collided, slow.engaged);
+      near(floats.greatest_grey, slow.greatest_grey, slow.greatest_grey);
       if (slow.free < 1) near(floats.free, slow.free, kVoxel);
       for (std::size_t t = 0; t < kTissueCount; ++t) {
         near(floats.tissue[t], slow.tissue[t], slow.engaged);
@@ -143,8 +133,8 @@ TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByL
       }
       near(floats.wrench.force.z, slow.wrench.force.z, glm::length(slow.wrench.force));
       near(floats.wrench.torque.z, slow.wrench.torque.z, glm::length(slow.wrench.torque));
-      in_contact += ours.engaged > 0;
-      stopped += ours.collided > 0;
+      in_contact += floats.engaged > 0;
+      stopped += floats.collided > 0;
     }
   }
   EXPECT_GT(in_contact, 60);

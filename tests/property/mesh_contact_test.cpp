@@ -26,9 +26,9 @@ Stiffness even_stiffness() {
   all.fill(1000);
   return all;
 }
-SurfacePoint point(double radius = 0, bool divides = true) {
+SurfacePoint point(double radius = 0) {
   SurfaceOptions options;
-  options.radius = radius, options.divides = divides;
+  options.radius = radius;
   return SurfacePoint(options, even_stiffness());
 }
 
@@ -288,8 +288,7 @@ TEST(SurfacePoint, AgreesWithASearchOfAllFaces) {
   }
 }
 
-/// A ball sinks into a crease between two rough sheets with fine faces. `divides`: as in SurfaceOptions.
-void expect_area_of_search(bool divides, double tolerance) {
+TEST(SurfacePoint, TheEngagedAreaOfABallThatSinksIntoACreaseIsThatOfASearchOfTheGrid) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   TissueMesh soup;
@@ -298,16 +297,16 @@ void expect_area_of_search(bool divides, double tolerance) {
   TissueMesh mesh = welded(soup);
   for (dvec3& p : mesh.vertices) p += 1e-5 * dvec3(unit(random), unit(random), unit(random));
   const TriangleGrid grid(mesh, true);
-  SurfacePoint ball = point(0.6e-3, divides);
+  SurfacePoint ball = point(0.6e-3);
   ball.put_free({0.65e-3, 1e-3, 0.65e-3});
   int compared = 0;
   for (int i = 0; i < 200; ++i) {
     ball.follow(grid, {0.5e-3, 1e-3 + 1e-6 * i, 0.5e-3}, true);
-    SurfacePoint fresh = point(0.6e-3, divides);
+    SurfacePoint fresh = point(0.6e-3);
     fresh.put_free(ball.place());
     const dvec3 way = glm::normalize(dvec3(-1, 0.1, -1));
     const PerTissue area = ball.engaged_area(grid, way), expected = fresh.engaged_area(grid, way);
-    for (std::size_t t = 0; t < area.size(); ++t) ASSERT_NEAR(area[t], expected[t], tolerance * expected[t]);
+    for (std::size_t t = 0; t < area.size(); ++t) ASSERT_NEAR(area[t], expected[t], 1e-12 * expected[t]);
     compared +=
         area[static_cast<std::size_t>(Tissue::kEnamel)] > 0 && area[static_cast<std::size_t>(Tissue::kDentin)] > 0;
     ball.sink_to(ball.place() + 2e-7 * way);
@@ -315,15 +314,7 @@ void expect_area_of_search(bool divides, double tolerance) {
   EXPECT_GT(compared, 100);
 }
 
-TEST(SurfacePoint, TheEngagedAreaOfAFollowingBallIsThatOfASearchOfTheGrid) {
-  expect_area_of_search(true, 1e-12);
-}
-
-TEST(SurfacePoint, BeforeVersion12OfTheLawsTheEngagedAreaHasTheBitsOfASearchOfTheGrid) {
-  expect_area_of_search(false, 0);
-}
-
-TEST(SurfacePoint, ADividedSearchReachesThePlaceOfAnUndividedOne) {
+TEST(SurfacePoint, ASearchThatIsDividedBetweenTicksEndsAtRestAndOutsideTheMesh) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   TissueMesh soup;
@@ -333,23 +324,24 @@ TEST(SurfacePoint, ADividedSearchReachesThePlaceOfAnUndividedOne) {
   const TriangleGrid grid(mesh);
   int later = 0;
   for (int n = 0; n < 60; ++n) {
-    // The large ball touches so many faces that a divided search takes several calls.
+    // The large ball touches so many faces that the search takes several calls.
     const double radius = n % 2 == 0 ? 0.9e-3 : 0.1e-3;
-    SurfacePoint divided = point(radius), undivided = point(radius, false);
+    SurfacePoint ball = point(radius);
     dvec3 hip(0.5e-3 * unit(random), 0.5e-3 * unit(random), radius + 0.5e-3);
-    divided.put(grid, hip), undivided.put(grid, hip);
+    ball.put(grid, hip);
     for (int move = 0; move < 8; ++move) {
       hip += 0.3e-3 * dvec3(unit(random), unit(random), move == 0 ? -2 : 0.3 * unit(random));
-      for (int k = 0; k < 6; ++k) undivided.follow(grid, hip);
-      divided.follow(grid, hip);
-      later += glm::distance(divided.place(), undivided.place()) > 1e-9;
-      for (int k = 0; k < 60; ++k) divided.follow(grid, hip);
-      ASSERT_LT(glm::distance(divided.place(), undivided.place()), 2e-9) << n << " " << move;
-      ASSERT_EQ(divided.touching(), undivided.touching());
-      divided.put_free(undivided.place());
+      ball.follow(grid, hip);
+      const dvec3 first = ball.place();
+      for (int k = 0; k < 60; ++k) ball.follow(grid, hip);
+      const dvec3 last = ball.place();
+      later += glm::distance(first, last) > 1e-9;
+      ball.follow(grid, hip);
+      ASSERT_LT(glm::distance(ball.place(), last), 1e-10) << n << " " << move;
+      ASSERT_GT(grid.nearest(last, 2 * radius).distance, radius - 1e-9) << n << " " << move;
     }
   }
-  EXPECT_GT(later, 10) << "no search was divided";
+  EXPECT_GT(later, 10) << "searches were divided";
 }
 
 TEST(SurfacePoint, InsideIsDecidedByTheWindingNumber) {

@@ -664,42 +664,30 @@ TEST(MeshLodModel, AWholeHeadNeverAllocatesInATick) {
 }
 
 TEST(MeshLodModel, AfterASnapshotTheServoUsesThePointsThatTheCarverListed) {
-  const auto drilled = [](std::uint32_t laws, int& searches, int& snapshots, int& most) {
-    ServoSettings s = drill(HeadShape::kCylinder, 1.0_mm, 3.0_mm);
-    s.laws = laws;
-    LockStep steps(volume(kBlock), s);
-    ServoTick tick;
-    Cut cut;
-    HandSample hand;
-    hand.pedal = 1;
-    searches = snapshots = most = 0;
-    for (int i = 0; i < 1500; ++i) {
-      hand.t += 1'000'000;
-      hand.X_WT = {{0.2e-3 * std::sin(0.004 * i), 0, 1.55_mm - std::min(i, 500) * 1e-6},
-                   glm::angleAxis(0.0002 * i, dvec3(0, 1, 0))};
-      const bool due = tick.cuts > 0 && steps.carver().snapshot_due(tick);
-      if (due) steps.take_snapshot(steps.carver().snapshot_center(tick)), steps.adopt_snapshot();
-      const std::uint64_t before = looks_of_this_thread().triangles;
-      if (!due && i % 100 == 0 && i < 200) {
-        steps.take_snapshot(hand.X_WT.p), steps.adopt_snapshot();
-      }
-      steps.tick_servo(hand, tick, cut);
-      const int found = static_cast<int>(looks_of_this_thread().triangles - before);
-      steps.apply_cuts(std::numeric_limits<std::uint64_t>::max());
-      if (!due) continue;
-      ++snapshots;
-      searches += found > 0;
-      most = std::max(most, found);
+  LockStep steps(volume(kBlock), drill(HeadShape::kCylinder, 1.0_mm, 3.0_mm));
+  ServoTick tick;
+  Cut cut;
+  HandSample hand;
+  hand.pedal = 1;
+  int snapshots = 0;
+  for (int i = 0; i < 1500; ++i) {
+    hand.t += 1'000'000;
+    hand.X_WT = {{0.2e-3 * std::sin(0.004 * i), 0, 1.55_mm - std::min(i, 500) * 1e-6},
+                 glm::angleAxis(0.0002 * i, dvec3(0, 1, 0))};
+    const bool due = tick.cuts > 0 && steps.carver().snapshot_due(tick);
+    if (due) steps.take_snapshot(steps.carver().snapshot_center(tick)), steps.adopt_snapshot();
+    const std::uint64_t before = looks_of_this_thread().triangles;
+    if (!due && i % 100 == 0 && i < 200) {
+      steps.take_snapshot(hand.X_WT.p), steps.adopt_snapshot();
     }
-    return tick;
-  };
-  int searches = 0, snapshots = 0, most = 0;
-  const ServoTick now = drilled(kServoLaws, searches, snapshots, most);
+    steps.tick_servo(hand, tick, cut);
+    const std::uint64_t searches = looks_of_this_thread().triangles - before;
+    steps.apply_cuts(std::numeric_limits<std::uint64_t>::max());
+    if (!due) continue;
+    ++snapshots;
+    EXPECT_EQ(searches, 0u) << "tick " << i;
+  }
   EXPECT_GT(snapshots, 20);
-  EXPECT_EQ(searches, 0) << most;
-  const ServoTick before = drilled(kLawsOfParts - 1, searches, snapshots, most);
-  EXPECT_EQ(searches, snapshots);
-  EXPECT_NEAR(total(now.removed), total(before.removed), 0.01 * total(before.removed));
 }
 
 TEST(SurfacePoint, ATissueBoundaryStopsAProbeButNotACuttingBur) {

@@ -91,7 +91,7 @@ TEST(SphereProxy, ItNeverOverlapsASphereHoweverTheHandMoves) {
   const SphereTree tree(p.center, p.radius);
   Tool cylinder;
   cylinder.shape = HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 3.0_mm;
-  for (const ToolSpheres& tool : {ball_tool(), tool_spheres(cylinder, 30, 1)}) {
+  for (const ToolSpheres& tool : {ball_tool(), tool_spheres(cylinder, 30)}) {
     SphereProxy proxy(tool, {});
     proxy.place(at(0, 0, 6.0_mm));
     double deepest = 0;
@@ -252,7 +252,7 @@ TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverWithinATrillionth) {
   const SphereTree tree = plane();
   Tool cylinder;
   cylinder.shape = HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 4.0_mm;
-  SphereProxy proxy(tool_spheres(cylinder, 40, 1), {});
+  SphereProxy proxy(tool_spheres(cylinder, 40), {});
   for (int i = 0; i < 50; ++i) {
     proxy.place(at(0, 0, 4.0_mm));
     const dquat R = glm::normalize(dquat(1, random_in(random, 0.5)));

@@ -49,7 +49,7 @@ TEST(PackingOnAGpu, TheThreePassesGiveTheBitsOfTheCpu) {
   for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
     const SpherePacking packing = packed(5000);
     SphereTissue cut(packing, removal);
-    const ToolSpheres tool = tool_spheres(cylinder(), 40, 1);
+    const ToolSpheres tool = tool_spheres(cylinder(), 40);
     CutBuffers buffers(packing.size());
     // Spheres that were already cut from two sides. Some of them have disappeared.
     carve(cut, tool, {{0, 0, 3.6_mm}, {1, 0, 0, 0}}, {{0.3_mm, 0, 3.4_mm}, {1, 0, 0, 0}}, buffers,
@@ -171,7 +171,7 @@ TEST(PackingOnAGpu, TheValidationLayerReportsNothing) {
   const gpu::Device device = gpu::Device::create(options);
   const SpherePacking packing = packed(300);
   const SphereTissue tissue(packing, Removal::kMended);
-  const ToolSpheres tool = tool_spheres(cylinder(), 10, 1);
+  const ToolSpheres tool = tool_spheres(cylinder(), 10);
   {
     ComputePasses passes(vulkan_sphere_passes(device, packing.size()), {&tool, 1});
     passes.load(tissue);

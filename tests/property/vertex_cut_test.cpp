@@ -148,12 +148,10 @@ TEST_P(VertexCutHeads, ACutInPartsWithKnownFacesGivesTheSameMeshBitForBit) {
     parted.mesh.near(seen.p - head.reach() - within, seen.p + head.reach() + within,
                      [&](haptics::mesh::Index f) { faces.push_back(f); });
     parted.cutter.begin(head, X, next, edge);
-    const bool in_stages = k % 4 == 3;
     bool finished = false;
     while (!finished) {
       haptics::vertex::Effort left = 1;
-      finished = in_stages ? parted.cutter.work_in_stages(parted.mesh, {faces, seen, within}, 1)
-                           : parted.cutter.work(parted.mesh, {faces, seen, within}, left);
+      finished = parted.cutter.work(parted.mesh, {faces, seen, within}, left);
       ++parts;
     }
     ASSERT_EQ(parted.mesh.hash(), whole.mesh.hash()) << k;
@@ -248,11 +246,9 @@ TEST(VertexHead, TheQuickTestNeverExcludesANearPointAndExcludesMostFarOnes) {
       Tool tool = head_of(shape, 0.6_mm + 0.5_mm * std::abs(spread(random)));
       if (shape != HeadShape::kSphere) tool.length = slender * tool.diameter;
       const VertexHead head(tool);
-      VertexHead before(tool);
-      before.set_laws(13);
       const dquat R = glm::normalize(dquat(spread(random), spread(random), spread(random), spread(random)));
       const glm::vec3 axis(R * dvec3(0, 0, 1));
-      int far_ones = 0, excluded = 0, excluded_before = 0;
+      int far_ones = 0, excluded = 0;
       for (int i = 0; i < 20'000; ++i) {
         dvec3 p_T = 1.3 * head.reach() * dvec3(spread(random), spread(random), spread(random));
         if (i % 4 == 0) {  // a point on the surface or very near it
@@ -268,16 +264,10 @@ TEST(VertexHead, TheQuickTestNeverExcludesANearPointAndExcludesMostFarOnes) {
         } else if (d > far + 0.15 * head.radius()) {
           ++far_ones;
           excluded += !may;
-          excluded_before += !before.may_be_within(off, axis, static_cast<float>(far));
         }
-        ASSERT_TRUE(!may || before.may_be_within(off, axis, static_cast<float>(far)));
       }
       ASSERT_GT(far_ones, 1000);
       EXPECT_GT(excluded, 0.97 * far_ones) << haptics::name_of(shape) << ' ' << slender;
-      EXPECT_GE(excluded, excluded_before);
-      if (shape == HeadShape::kCone) {
-        EXPECT_LT(far_ones - excluded, 0.3 * (far_ones - excluded_before)) << "the tangents exclude more";
-      }
     }
   }
 }

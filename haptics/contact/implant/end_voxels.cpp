@@ -8,7 +8,6 @@
 #include <cstring>
 #include <map>
 #include <span>
-#include <type_traits>
 
 #include "engine/base/dispatch.h"
 #include "haptics/hardness.h"
@@ -34,8 +33,6 @@ constexpr double kFalls = 0.5;
 // voxels; an obstacle blocks the advance if its distance from a tool voxel is at most this
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
-// first version of the force laws that evaluates the voxels of the tool's end in floats; older versions use doubles
-constexpr std::uint32_t kLawsOfFloats = 6;
 
 /// Functions that gather field samples: each call reads the samples at kBlock indices.
 struct Reader {
@@ -104,13 +101,9 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// The arguments of look_at_end() as plain data. `Real` is the number type of the computation: float, or double to
-/// replay recordings made with older force laws. Positions are relative to a voxel near the tool, because floats are
+/// The arguments of look_at_end() as plain data. Positions are relative to a voxel near the tool, because floats are
 /// then precise enough.
-template <class Real>
 struct Task {
-  using Vector = glm::vec<3, Real>;
-
   const EndVoxels& voxels;
   const EndLaw& law;
   Reader reader;
@@ -118,60 +111,58 @@ struct Task {
   const Tissue* tissue;
   const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
-  Vector center;           // voxels, centre of the head
-  glm::mat<3, 3, Real> R;  // rotation and scaling of vectors from the tool's frame T (m) to the voxel frame V (voxels)
+  glm::vec3 center;  // voxels, centre of the head
+  glm::mat3 R;       // rotation and scaling of vectors from the tool's frame T (m) to the voxel frame V (voxels)
   // voxels, vector from a tool voxel to the point kAhead ahead of it, where the function looks for an obstacle
-  Vector beyond;
-  Real slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
+  glm::vec3 beyond;
+  float slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
 };
 
 /// Data of one block of tool voxels, with one array per property. A flag is 0 or 1 and has the same width as a number,
 /// so that the compiler can vectorize loops over flags and numbers.
-template <class Real>
 struct alignas(64) Block {
-  using Flag = std::conditional_t<std::is_same_v<Real, float>, std::int32_t, std::int64_t>;
+  using Flag = std::int32_t;
 
   // voxels, positions of the tool voxels in the frame V of the tissue's voxel grid
-  Real x[kBlock], y[kBlock], z[kBlock];
-  Real field[kBlock];         // voxels, signed distance from bone at the tool voxel's centre
-  Real gap[kBlock];           // m, distance between the bone and the tool's surface at this voxel
+  float x[kBlock], y[kBlock], z[kBlock];
+  float field[kBlock];        // voxels, signed distance from bone at the tool voxel's centre
+  float gap[kBlock];          // m, distance between the bone and the tool's surface at this voxel
   Flag touches[kBlock];       // 1 if the voxel is in contact with bone
   Flag stops[kBlock];         // 1 if the voxel touches bone that it cannot cut
-  Real ahead[kBlock];         // voxels, signed distance from bone at a point ahead of the tool voxel (Task::beyond)
+  float ahead[kBlock];        // voxels, signed distance from bone at a point ahead of the tool voxel (Task::beyond)
   std::int32_t at[kBlock];    // index of the tissue sample that is read for this voxel
   Flag label[kBlock];         // tissue label at the point ahead of the tool voxel (Task::beyond)
   std::int32_t byte[kBlock];  // hardness of the sample, stored as a byte (hardness.h)
-  Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
+  float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
   // Contribution of each voxel to the sums: area in contact (m²) and area × hardness. From the cutting law (Zhao 2020,
   // eq. 2), divided by the feed speed: `cut`: torque about the axis (N·s); `thrust`: force along the axis, multiplied
   // by EndLaw::thrust_ratio (N·s/m).
-  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
+  float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
 /// Interpolates the field trilinearly, as sample_linear() does. Returns true if any tool voxel is less than one patch
 /// voxel away from bone.
-template <class Real>
-TYPODONT_INLINE bool sample(const Task<Real>& task, std::size_t first, Block<Real>& b) {
+TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
   const float* const vz = task.voxels.z.data() + first;
   const float* const outside = task.voxels.outside.data() + first;
   const auto R = task.R;
   const auto center = task.center;
-  const Real lo_x = static_cast<Real>(task.lo_x), lo_y = static_cast<Real>(task.lo_y),
-             lo_z = static_cast<Real>(task.lo_z), h = static_cast<Real>(task.law.voxel);
+  const float lo_x = static_cast<float>(task.lo_x), lo_y = static_cast<float>(task.lo_y),
+              lo_z = static_cast<float>(task.lo_z), h = static_cast<float>(task.law.voxel);
   const std::int32_t n = task.n;
-  alignas(64) Real u[kBlock], v[kBlock], w[kBlock];
+  alignas(64) float u[kBlock], v[kBlock], w[kBlock];
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const Real x = static_cast<Real>(vx[i]), y = static_cast<Real>(vy[i]), z = static_cast<Real>(vz[i]);
-    const Real px = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
-    const Real py = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
-    const Real pz = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
+    const float x = vx[i], y = vy[i], z = vz[i];
+    const float px = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
+    const float py = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
+    const float pz = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
     b.x[i] = px, b.y[i] = py, b.z[i] = pz;
-    const Real qx = px - lo_x, qy = py - lo_y, qz = pz - lo_z;
+    const float qx = px - lo_x, qy = py - lo_y, qz = pz - lo_z;
     const auto ix = static_cast<std::int32_t>(qx), iy = static_cast<std::int32_t>(qy),
                iz = static_cast<std::int32_t>(qz);
-    u[i] = qx - static_cast<Real>(ix), v[i] = qy - static_cast<Real>(iy), w[i] = qz - static_cast<Real>(iz);
+    u[i] = qx - static_cast<float>(ix), v[i] = qy - static_cast<float>(iy), w[i] = qz - static_cast<float>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
   // The eight corner samples of each cell are stored as four pairs along z, because one load instruction reads a pair.
@@ -182,16 +173,15 @@ TYPODONT_INLINE bool sample(const Task<Real>& task, std::size_t first, Block<Rea
   task.reader.pairs(task.distance + sx, b.at, low[2], high[2]);
   task.reader.pairs(task.distance + sx + sy, b.at, low[3], high[3]);
   for (std::size_t i = 0; i < kBlock; ++i) {
-    Real along_z[4];
-    for (int k = 0; k < 4; ++k)
-      along_z[k] = static_cast<Real>(low[k][i]) + w[i] * static_cast<Real>(high[k][i] - low[k][i]);
-    const Real near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
-               far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
+    float along_z[4];
+    for (int k = 0; k < 4; ++k) along_z[k] = low[k][i] + w[i] * (high[k][i] - low[k][i]);
+    const float near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
+                far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
     b.field[i] = near + u[i] * (far - near);
   }
-  typename Block<Real>::Flag any = 0;
+  Block::Flag any = 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    b.gap[i] = b.field[i] * h + static_cast<Real>(outside[i]);
+    b.gap[i] = b.field[i] * h + outside[i];
     b.touches[i] = b.gap[i] < h ? 1 : 0;
     any |= b.touches[i];
   }
@@ -199,19 +189,17 @@ TYPODONT_INLINE bool sample(const Task<Real>& task, std::size_t first, Block<Rea
 }
 
 /// Same result as std::round(), but without a library call.
-template <class Real>
-TYPODONT_INLINE std::int32_t rounded(Real v) {
-  const Real whole = static_cast<Real>(static_cast<std::int32_t>(v)), rest = v - whole;
-  const Real up = rest >= Real{0.5} ? Real{1} : Real{0}, down = rest <= Real{-0.5} ? Real{1} : Real{0};
+TYPODONT_INLINE std::int32_t rounded(float v) {
+  const float whole = static_cast<float>(static_cast<std::int32_t>(v)), rest = v - whole;
+  const float up = rest >= 0.5f ? 1.0f : 0.0f, down = rest <= -0.5f ? 1.0f : 0.0f;
   return static_cast<std::int32_t>(whole + up - down);
 }
 
 /// Examines the bone ahead of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
 /// bone beside the tool is not an obstacle. A voxel that only touches bone beside the tool no longer counts as in
 /// contact. Returns the tissue labels at the other voxels in contact: one bit per tissue.
-template <class Real>
-TYPODONT_INLINE std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
-  using Flag = typename Block<Real>::Flag;
+TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
+  using Flag = Block::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
   const auto beyond = task.beyond;
   for (std::size_t i = 0; i < kBlock; ++i) {
@@ -225,13 +213,13 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
   task.reader.bytes(reinterpret_cast<const std::uint8_t*>(task.tissue), b.at, tissue);
   if (task.hardness != nullptr) task.reader.bytes(task.hardness, b.at, hardness);
   for (std::size_t i = 0; i < kBlock; ++i) {
-    b.ahead[i] = static_cast<Real>(ahead[i]);
+    b.ahead[i] = ahead[i];
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
   Flag labels = 0;  // set of the tissues found at the voxels in contact: one bit per tissue label
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const Flag falls = b.field[i] - b.ahead[i] < static_cast<Real>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
+    const Flag falls = b.field[i] - b.ahead[i] < static_cast<float>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
     labels |= b.touches[i] << b.label[i];
   }
@@ -241,21 +229,20 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
 /// Computes the contributions of the voxels to the cutting law (Zhao 2020, eq. 2) for a feed along -z. add_cutting()
 /// computes the same for any direction. This function omits the components perpendicular to the axis, because they
 /// cancel each other. A voxel without contact contributes 0. Returns true if any voxel stops the tool.
-template <class Real>
-TYPODONT_INLINE bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
-  using Flag = typename Block<Real>::Flag;
+TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
+  using Flag = Block::Flag;
   const EndLaw& law = task.law;
   if (std::has_single_bit(labels)) {
     const auto t = static_cast<std::size_t>(std::countr_zero(labels));
-    const Real energy = static_cast<Real>(law.energy[t]), grey = static_cast<Real>(law.grey[t]),
-               grey_per_hardness = static_cast<Real>(law.grey_per_hardness[t]);
+    const float energy = static_cast<float>(law.energy[t]), grey = static_cast<float>(law.grey[t]),
+                grey_per_hardness = static_cast<float>(law.grey_per_hardness[t]);
     for (std::size_t i = 0; i < kBlock; ++i)
       b.energy[i] = energy, b.grey[i] = grey, b.grey_per_hardness[i] = grey_per_hardness;
   } else {
     for (std::size_t i = 0; i < kBlock; ++i) {
       const auto t = static_cast<std::size_t>(b.label[i]);
-      b.energy[i] = static_cast<Real>(law.energy[t]), b.grey[i] = static_cast<Real>(law.grey[t]);
-      b.grey_per_hardness[i] = static_cast<Real>(law.grey_per_hardness[t]);
+      b.energy[i] = static_cast<float>(law.energy[t]), b.grey[i] = static_cast<float>(law.grey[t]);
+      b.grey_per_hardness[i] = static_cast<float>(law.grey_per_hardness[t]);
     }
   }
   const float* const area = task.voxels.area.data() + first;
@@ -263,26 +250,21 @@ TYPODONT_INLINE bool evaluate(const Task<Real>& task, std::size_t first, std::ui
   const float* const inverse_r = task.voxels.inverse_r.data() + first;
   const float* const ability = task.voxels.ability.data() + first;
   const float* const inverse_ability = task.voxels.inverse_ability.data() + first;
-  const Real per_voxel = static_cast<Real>(1 / law.voxel), fraction = static_cast<Real>(task.voxels.fraction),
-             slowness = task.slowness;
-  const Real unit = task.hardness != nullptr ? static_cast<Real>(1.0 / kOwnHardness) : 0,
-             own = task.hardness != nullptr ? 0 : 1;
-  const Real most = static_cast<Real>(law.greatest_grey);
+  const float per_voxel = static_cast<float>(1 / law.voxel), fraction = static_cast<float>(task.voxels.fraction),
+              slowness = task.slowness;
+  const float unit = task.hardness != nullptr ? static_cast<float>(1.0 / kOwnHardness) : 0,
+              own = task.hardness != nullptr ? 0 : 1;
+  const float most = static_cast<float>(law.greatest_grey);
   const Flag cuts = law.cuts ? 1 : 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const Real close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
-    const Real hardness = static_cast<Real>(b.byte[i]) * unit + own, able = static_cast<Real>(ability[i]);
-    const Real grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
-    const Real contact = static_cast<Real>(area[i]) * fraction * weight;
-    const Real front = static_cast<Real>(facing[i]);
-    Real specific = b.energy[i] * hardness;  // J/m³, specific cutting energy of the bone at this voxel
-    if constexpr (std::is_same_v<Real, float>) {
-      specific *= inverse_ability[i];
-    } else {
-      specific /= able;
-    }
-    const Real cut = specific * front * contact * slowness;
-    const Real thrust = cut * front * static_cast<Real>(inverse_r[i]), hard_contact = contact * hardness;
+    const float close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
+    const float hardness = static_cast<float>(b.byte[i]) * unit + own, able = ability[i];
+    const float grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
+    const float contact = area[i] * fraction * weight;
+    const float front = facing[i];
+    const float specific = b.energy[i] * hardness * inverse_ability[i];  // J/m³, specific cutting energy of the bone
+    const float cut = specific * front * contact * slowness;
+    const float thrust = cut * front * inverse_r[i], hard_contact = contact * hardness;
     const Flag able_to = able > 0 ? cuts : 0, soft = grey <= most ? 1 : 0;
     const Flag touches = b.touches[i], cutting = touches & able_to & soft;
     b.stops[i] = touches - cutting;
@@ -297,8 +279,7 @@ TYPODONT_INLINE bool evaluate(const Task<Real>& task, std::size_t first, std::ui
   return any != 0;
 }
 
-template <class Real>
-TYPODONT_INLINE void add_stops(const Task<Real>& task, std::size_t first, const Block<Real>& b, EndLook& look) {
+TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block& b, EndLook& look) {
   const double h = task.law.voxel;
   const auto width = static_cast<float>(task.law.width);
   for (std::size_t i = 0; i < kBlock; ++i) {
@@ -309,12 +290,8 @@ TYPODONT_INLINE void add_stops(const Task<Real>& task, std::size_t first, const 
   }
 }
 
-/// A sum over the tool's voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are
-/// added in the order of the voxels, to reproduce force laws older than kLawsOfFloats.
-template <class Real>
-struct Sum;
-template <>
-struct Sum<float> {
+/// A sum over the tool's voxels, in kBlock partial sums, which the compiler vectorizes.
+struct Sum {
   alignas(64) float parts[kBlock] = {};
   TYPODONT_INLINE void add(const float* summands) {
     for (std::size_t i = 0; i < kBlock; ++i) parts[i] += summands[i];
@@ -326,21 +303,11 @@ struct Sum<float> {
     return sum;
   }
 };
-template <>
-struct Sum<double> {
-  double sum = 0;
-  TYPODONT_INLINE void add(const double* summands) {
-    for (std::size_t i = 0; i < kBlock; ++i) sum += summands[i];
-  }
-  TYPODONT_INLINE void add(std::size_t, double summand) { sum += summand; }
-  TYPODONT_INLINE double total() const { return sum; }
-};
 
-template <class Real>
-TYPODONT_INLINE void look_at_all(const Task<Real>& task, EndLook& look) {
-  Sum<Real> engaged, drag, turning, tissue[kTissueCount], hardness[kTissueCount];
-  Block<Real> b;
-  alignas(64) Real grey[kBlock] = {};
+TYPODONT_INLINE void look_at_all(const Task& task, EndLook& look) {
+  Sum engaged, drag, turning, tissue[kTissueCount], hardness[kTissueCount];
+  Block b;
+  alignas(64) float grey[kBlock] = {};
   for (std::size_t first = 0; first < task.voxels.x.size(); first += kBlock) {
     if (!sample(task, first, b)) continue;
     const std::uint64_t labels = look_beyond(task, b);
@@ -368,19 +335,14 @@ TYPODONT_INLINE void look_at_all(const Task<Real>& task, EndLook& look) {
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_in_floats(const Task<float>* task, EndLook* look) {
-  look_at_all(*task, *look);
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_in_doubles(const Task<double>* task, EndLook* look) {
+void look_at_blocks(const Task* task, EndLook* look) {
   look_at_all(*task, *look);
 }
 
-/// Copies the arguments of look_at_end() into plain data, with all positions relative to `origin`, a voxel of the field
-/// near the tool.
-template <class Real>
-Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
-                   const dquat& R_WT, const glm::ivec3& origin) {
+/// Copies the arguments of look_at_end() into plain data.
+Task task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
+             const dquat& R_WT) {
+  const glm::ivec3 origin(glm::floor(center_V));
   return {.voxels = voxels,
           .law = law,
           .reader = kReader,
@@ -391,10 +353,10 @@ Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const End
           .lo_x = patch.lo.x - origin.x,
           .lo_y = patch.lo.y - origin.y,
           .lo_z = patch.lo.z - origin.z,
-          .center = typename Task<Real>::Vector(center_V - dvec3(origin)),
-          .R = glm::mat<3, 3, Real>(glm::mat3_cast(R_WT) * (1 / law.voxel)),
-          .beyond = typename Task<Real>::Vector(kAhead * (R_WT * dvec3(0, 0, -1))),
-          .slowness = static_cast<Real>(law.speed != 0 ? 1 / std::abs(law.speed) : 0)};
+          .center = glm::vec3(center_V - dvec3(origin)),
+          .R = glm::mat3(glm::mat3_cast(R_WT) * (1 / law.voxel)),
+          .beyond = glm::vec3(kAhead * (R_WT * dvec3(0, 0, -1))),
+          .slowness = static_cast<float>(law.speed != 0 ? 1 / std::abs(law.speed) : 0)};
 }
 
 }  // namespace
@@ -458,13 +420,8 @@ EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / v
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept {
   EndLook look;
-  if (law.laws >= kLawsOfFloats) {
-    const auto task = task_of<float>(voxels, patch, law, center_V, R_WT, glm::ivec3(glm::floor(center_V)));
-    look_in_floats(&task, &look);
-  } else {
-    const auto task = task_of<double>(voxels, patch, law, center_V, R_WT, glm::ivec3(0));
-    look_in_doubles(&task, &look);
-  }
+  const Task task = task_of(voxels, patch, law, center_V, R_WT);
+  look_at_blocks(&task, &look);
   count_queries(voxels.count);
   return look;
 }

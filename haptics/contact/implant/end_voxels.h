@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "engine/base/pose.h"
@@ -41,8 +40,6 @@ struct EndVoxels {
 
 /// Properties of the tissues and the tool for look_at_end(). SI units.
 struct EndLaw {
-  // version of the force laws (contract/contact.h); versions before 6 round differently
-  std::uint32_t laws = kServoLaws;
   double voxel = 0;  // m, voxel size of the patch (copy of the field around the tool)
   // m; a tool voxel that cannot cut stops the tool only if its distance from the tool's axis is below this radius
   double width = 0;

@@ -26,9 +26,6 @@ constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter
 // m; the depth of a bed is measured with samples along the bed's axis; this is the distance between two samples
 constexpr double kAcross = 0.05e-3;
 
-// first version of the force laws that merges voxels of a tool's end into larger voxels
-constexpr std::uint32_t kLawsOfCoarseEnd = 7;
-
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
 }
@@ -43,10 +40,8 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    // Older versions of the force laws evaluate every voxel of the tool's end separately.
-    ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
+    ends_.emplace_back(voxels_.back(), voxel());
   }
-  law_.laws = settings.laws;
   law_.voxel = voxel();
   for (std::size_t t = 0; t < law_.energy.size(); ++t) law_.energy[t] = settings.materials[t].specific_energy;
   law_.grey_per_hardness.fill(parameters.tooth_grey);

@@ -21,10 +21,6 @@ constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from
 
 }  // namespace
 
-HeadContact::HeadContact(const Tool& tool, std::uint32_t laws) : head_(tool), divides_(laws >= kLawsOfParts) {
-  head_.set_laws(laws);
-}
-
 double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const noexcept {
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
@@ -51,7 +47,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
 /// Makes a part of the next list of contact points. Begins this list when the head has moved so far that the list may
 /// soon be needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
-  if (!divides_ || !listed_ || list_.points.empty()) return;
+  if (!listed_ || list_.points.empty()) return;
   if (!lister_.open()) {
     if (moved_since(list_, c_) > kAhead * list_.kept) {
       lister_.begin(grid, head_, {c_, R_WT_}, margin(), kept(), next_);

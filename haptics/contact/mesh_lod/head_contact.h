@@ -13,9 +13,7 @@ namespace typodont::haptics::mesh_lod {
 /// is valid, the next list is made, a part of it in each tick.
 class HeadContact final : public SurfaceContact {
  public:
-  /// `laws`: version of the servo's force laws. Since version 12, a list of contact points is made in several parts,
-  /// and lists made by the carver thread are used.
-  HeadContact(const Tool& tool, std::uint32_t laws);
+  explicit HeadContact(const Tool& tool) : head_(tool) {}
 
   double radius() const noexcept override { return head_.radius(); }
   double reach() const noexcept override { return head_.reach(); }
@@ -45,7 +43,6 @@ class HeadContact final : public SurfaceContact {
   double least_distance(const dvec3& c) noexcept;
 
   vertex::VertexHead head_;
-  bool divides_;  // true: lists are made in several parts, and the carver's lists are used
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};

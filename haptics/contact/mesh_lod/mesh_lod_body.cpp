@@ -82,7 +82,7 @@ void MeshLodBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
 
 /// Lists the contact points around the head that made the last cut, so that the servo need not do it.
 void MeshLodBody::list_points(MeshSnapshot& out) {
-  if (!lists_points_ || tool_ >= heads_.size() || !heads_[tool_]) return;
+  if (tool_ >= heads_.size() || !heads_[tool_]) return;
   const vertex::VertexHead& head = *heads_[tool_];
   const double kept = LocalParameters::listed * head.radius();
   const double margin = kept + (vertex::FollowParameters::margin - vertex::FollowParameters::kept) * head.radius();

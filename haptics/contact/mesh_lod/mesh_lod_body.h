@@ -19,13 +19,6 @@ class MeshLodBody final : public TissueBody {
   /// Throws Error if the tissue has no surface.
   MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
 
-  void set_laws(std::uint32_t laws) override {
-    solid_->set_laws(laws);
-    lists_points_ = laws >= kLawsOfParts;
-    for (auto& head : heads_) {
-      if (head) head->set_laws(laws);
-    }
-  }
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
@@ -62,8 +55,6 @@ class MeshLodBody final : public TissueBody {
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
   std::optional<Nanos> first_;  // time of the first cut since the last snapshot
-  // true: lists the contact points around the head that made the last cut, so that the servo need not do it
-  bool lists_points_ = true;
   // for each tool: its head, if contact is computed for the whole head (a bur that is not a ball); otherwise empty
   std::vector<std::optional<vertex::VertexHead>> heads_;
   std::unique_ptr<HeadLister> lister_;          // lists contact points; null if heads_ contains no head

@@ -40,7 +40,6 @@ SurfaceOptions options_for(const ServoSettings& settings, const Parameters& para
   options.walls = settings.boundary_walls;
   options.wall_limit = parameters.wall_limit;
   options.unit_force = settings.stiffness;
-  options.divides = settings.laws >= kLawsOfParts;
   return options;
 }
 
@@ -69,7 +68,7 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     if (whole_head(tool)) {
-      points_.push_back(std::make_unique<HeadContact>(tool, settings.laws));
+      points_.push_back(std::make_unique<HeadContact>(tool));
     } else {
       points_.push_back(
           std::make_unique<SurfacePoint>(options_for(settings, parameters, tool), stiffness_of(settings.materials)));

@@ -41,10 +41,6 @@ struct MeshSnapshot : Snapshot {
   static constexpr std::uint32_t kNoTool = ~0U;
 };
 
-/// First version of the servo's force laws in which long searches are divided between ticks, and in which the carver
-/// thread lists the contact points around a head.
-inline constexpr std::uint32_t kLawsOfParts = 12;
-
 /// Sizes and update rate of the snapshots (copies of the mesh around the tool) in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due

@@ -24,13 +24,10 @@ class PlaneSet {
  public:
   static constexpr int kMost = 2048;
 
-  /// `most`: largest number of planes, at most kMost.
-  explicit PlaneSet(int most = kMost) : most_(most) {}
-
   void clear() noexcept { count_ = 0; }
   /// Adds a plane. Returns false if the set is full.
   bool add(const Plane& plane) noexcept {
-    if (count_ == most_) return false;
+    if (count_ == kMost) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
     return true;
   }
@@ -46,7 +43,6 @@ class PlaneSet {
  private:
   std::array<Plane, kMost> planes_;
   int count_ = 0;
-  int most_;
 };
 
 }  // namespace typodont::haptics::mesh_lod

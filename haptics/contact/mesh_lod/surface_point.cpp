@@ -238,32 +238,26 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
 
 /// Collects the faces that are at most `reach` away from the ball.
 void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
-  const int most = options_.divides ? kMostNear : kMostNearBefore12;
   for (;;) {
     near_count_ = 0;
     bool all = true;
     const double far = radius() + reach;
-    const auto collect_face = [&](std::uint32_t i, std::uint64_t order) {
-      if (near_count_ == most) {
+    const auto collect_face = [&](std::uint32_t i) {
+      if (!grid.box_within(i, c_, far)) return;
+      if (near_count_ == kMostNear) {
         all = false;
         return;
       }
       const auto at = static_cast<std::size_t>(near_count_++);
       const TriangleGrid::Box& box = grid.box(i);
       near_[at] = i;
-      order_[at] = order;
       boxes_.lo_x[at] = box.lo.x, boxes_.lo_y[at] = box.lo.y, boxes_.lo_z[at] = box.lo.z;
       boxes_.hi_x[at] = box.hi.x, boxes_.hi_y[at] = box.hi.y, boxes_.hi_z[at] = box.hi.z;
     };
     if (grid.has_blocks()) {
-      grid.for_near_blocks(c_ - far, c_ + far, [&](std::uint32_t i) {
-        if (!grid.box_within(i, c_, far)) return;
-        collect_face(i, options_.divides ? static_cast<std::uint64_t>(near_count_) : grid.order(i, c_ - far));
-      });
+      grid.for_near_blocks(c_ - far, c_ + far, collect_face);
     } else {
-      grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
-        if (grid.box_within(i, c_, far)) collect_face(i, static_cast<std::uint64_t>(near_count_));
-      });
+      grid.for_near(c_ - far, c_ + far, collect_face);
     }
     collected_ = &grid;
     near_from_ = c_;
@@ -329,11 +323,11 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   const auto add_face = [&](std::uint32_t near, const OnFace& at, const dvec3& n, double distance) {
     const std::uint32_t i = near_[near];
     if (at.edge >= 0) {
-      edges_[static_cast<std::size_t>(edge_count++)] = {i, order_[near] | kOfEdge, at, n, distance};
+      edges_[static_cast<std::size_t>(edge_count++)] = {i, near, at, n, distance};
       return;
     }
     const auto j = static_cast<std::size_t>(planes_.count());
-    add(i, order_[near], n, distance, at.p);
+    add(i, near, n, distance, at.p);
     if (planes_.count() == static_cast<int>(j)) return;
     inner_of_.add(i, static_cast<std::uint32_t>(j));
     inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y), inner_.z[j] = static_cast<float>(n.z);
@@ -373,7 +367,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
   std::uint32_t found = kNoPlane;  // index of the plane that was last found to lie above a face
   for (int k = 0; k < edge_count; ++k) {
-    const auto& [i, order, at, n, distance] = edges_[static_cast<std::size_t>(k)];
+    const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
+    const std::uint64_t order = near | kOfEdge;
     const Face& face = grid.face(i);
     // If a face lies completely below the plane of another face, the ball touches that plane first, so the lower face
     // adds no plane. To save time, two planes are tested first: the plane of the neighbour across the nearest edge, and
@@ -411,7 +406,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   if (options_.walls && !give && ground_ != Tissue::kAir) {
     for (const std::uint32_t k : close) {
       const std::uint32_t i = near_[k];
-      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, order_[k] | kOfWall, reach, room);
+      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, k | kOfWall, reach, room);
     }
   }
   return room;
@@ -460,7 +455,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
-  const double kept_in_cut = give && options_.divides ? kKeptInCut * radius() : near;
+  const double kept_in_cut = give ? kKeptInCut * radius() : near;
   const double kept = std::min({grid.cell(), kMostKept, near, kept_in_cut}), most_reach = std::min(kMostReach, near);
   // m, expected displacement of the ball in the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
@@ -495,7 +490,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     c_ += step;
     wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, most_reach);
     if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
-    if (!options_.divides || active.count == 0) continue;
+    if (active.count == 0) continue;
     if (tested_ >= kMostTested) break;
     if (active.count == 1 && size <= left && rests_on(grid, planes_[active.index[0]])) break;
   }
@@ -516,36 +511,20 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
 }
 
-/// Uses the collected faces if they include all faces near the ball; otherwise searches the grid. Before version 12 of
-/// the force laws, the areas of collected faces are added in the order in which the grid reports faces. So the sum has
-/// the same bits in both cases.
+/// Uses the collected faces if they include all faces near the ball; otherwise searches the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();
-  const auto across = [&](const Face& face) {
+  const auto add = [&](const Face& face) {
     const dvec3 off = (face.a + face.b + face.c) / 3.0 - c_;
     const double size = -glm::dot(face.normal(), way) / 2;
-    return size > 0 && glm::dot(off, off) <= within * within ? size : 0.0;
+    if (size > 0 && glm::dot(off, off) <= within * within) area[static_cast<std::size_t>(face.tissue)] += size;
   };
-  const auto add = [&](Tissue tissue, double size) { area[static_cast<std::size_t>(tissue)] += size; };
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < kOnHead * radius()) {
-    grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) {
-      if (const double size = across(grid.face(i)); size > 0) add(grid.face(i).tissue, size);
-    });
-    return area;
+    grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) { add(grid.face(i)); });
+  } else {
+    for (const std::uint32_t k : close_faces(grid, within)) add(grid.face(near_[k]));
   }
-  std::size_t count = 0;
-  for (const std::uint32_t k : close_faces(grid, within)) {
-    const Face& face = grid.face(near_[k]);
-    const double size = across(face);
-    if (options_.divides) {
-      add(face.tissue, size);
-    } else if (size > 0) {
-      engaged_[count++] = {grid.order(near_[k], c_ - within), size, face.tissue};
-    }
-  }
-  std::ranges::sort(engaged_.begin(), engaged_.begin() + static_cast<std::ptrdiff_t>(count), {}, &Engaged::order);
-  for (std::size_t k = 0; k < count; ++k) add(engaged_[k].tissue, engaged_[k].across);
   return area;
 }
 

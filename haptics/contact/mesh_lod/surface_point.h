@@ -21,9 +21,6 @@ struct SurfaceOptions {
   // N/m, stiffness of the coupling (the spring between the contact point and the hand) if the tissue's own stiffness is
   // 1 N/mm; the stiffness of the coupling is proportional to the tissue's own stiffness
   double unit_force = 1000;
-  // true: one call of follow() tests a limited number of faces (kMostTested), and ends as soon as the position is known
-  // to be final; false: as in the servo's force laws before version 12
-  bool divides = true;
 };
 
 /// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
@@ -41,8 +38,7 @@ class SurfacePoint final : public SurfaceContact {
   // call continues.
   static constexpr int kMostTested = 800;
 
-  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness)
-      : options_(options), stiffness_(stiffness), planes_(options.divides ? PlaneSet::kMost : kMostPlanesBefore12) {}
+  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
   double radius() const noexcept override { return options_.radius > kSkin ? options_.radius : kSkin; }
   double reach() const noexcept override { return radius(); }
@@ -77,15 +73,11 @@ class SurfacePoint final : public SurfaceContact {
   // Indices and bounding boxes of the collected faces, with one array per coordinate. kMostNear: largest number of
   // collected faces; kBatch: number of faces that one vector instruction tests.
   static constexpr int kMostNear = 4096, kBatch = 8;
-  // largest numbers of collected faces and of planes in versions of the force laws before 12
-  static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
   };
   std::array<std::uint32_t, kMostNear> near_{};
-  // for each collected face: its rank, which increases in the order in which TriangleGrid::for_near() reports faces
-  std::array<std::uint64_t, kMostNear> order_{};
   int near_count_ = 0;
   Boxes boxes_{};
   // grid from which the faces were collected; null: they must be collected again
@@ -96,23 +88,15 @@ class SurfacePoint final : public SurfaceContact {
   double near_reach_ = 0;
   // A face whose nearest primitive is an edge or a corner.
   struct Edge {
-    std::uint32_t face = 0;
-    std::uint64_t order = 0;  // rank of the face's plane in the set of planes
+    std::uint32_t face = 0, near = 0;  // near: index of the face in near_
     OnFace at;
     dvec3 n{0};           // unit vector from the nearest point to the ball's centre
     double distance = 0;  // m, distance of the nearest point from the ball's centre
   };
-  // These bits are set in the rank of a plane, so that planes of edges follow all planes of interiors, and walls follow
-  // all planes of edges.
+  // The rank of a plane is its face's index in near_, with one of these bits, so that planes of edges follow all planes
+  // of interiors, and walls follow all planes of edges.
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMostNear> edges_;
-  // A face that touches or overlaps the ball.
-  struct Engaged {
-    std::uint64_t order = 0;  // rank of the face in the order in which a search of the grid reports faces
-    double across = 0;        // m², area of the face, projected onto a plane perpendicular to the direction of the cut
-    Tissue tissue = Tissue::kAir;
-  };
-  std::array<Engaged, kMostNear> engaged_;
   PlaneSet planes_;
   // Planes of the faces to whose interior the ball is nearest; they are first in the list of planes. There is one array
   // for each coordinate of the normal, and one for the plane's distance from the ball's centre.

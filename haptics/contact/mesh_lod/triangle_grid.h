@@ -74,12 +74,6 @@ class TriangleGrid {
   /// In a large mesh with few faces in the box, the search of all blocks would be slower.
   template <class Use>
   void for_near_blocks(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
-  /// Returns the rank of face i in a search whose box starts at the corner `lo`: for_near() reports the faces in the
-  /// order of increasing rank.
-  std::uint64_t order(std::uint32_t i, const dvec3& lo) const noexcept {
-    const glm::ivec3 cell = glm::max(cell_of(boxes_[i].lo), cell_of(glm::vec3(lo - origin_)));
-    return std::uint64_t{index(cell)} << 32 | rank(i);
-  }
 
   /// Bounding box of a face; metres, relative to origin().
   struct Box {

@@ -61,7 +61,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
                 "packing");
   const SpherePacking& packing = packed->packing;
   const Parameters& parameters = packed->parameters;
-  const ToolSpheres tool = spheres_of(tool_set(settings), 0, parameters, settings.laws);
+  const ToolSpheres tool = spheres_of(tool_set(settings), 0, parameters);
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 

@@ -25,9 +25,6 @@ constexpr double kAround = 1.8;
 // Ratio to the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if the distance of
 // the gap from the sphere is at most this.
 constexpr double kGapsAround = 2;
-// First version of the force laws with this rule: when a loose piece is removed from the field, the range of the gaps
-// that are removed with a sphere is smaller if the sphere was cut before.
-constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // largest number of changes of spheres that may wait for the next update of the field; if there are more, the field is
 // updated at once
 constexpr std::size_t kMost = 50000;
@@ -70,25 +67,14 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
       packing_(checked(packing, volume_, parameters)),
       spheres_(packing, parameters.removal, cell_volumes(packing, SphereTree(packing.center, packing.radius), volume_)),
       parameters_(parameters),
-      tool_set_(tools.begin(), tools.end()),
       buffers_(packing.size()),
       loose_(packing, spheres_.tree()),
       kept_in_(packing.size(), 0),
       changed_in_(packing.size(), 0),
       last_noted_(packing.size(), kNowhere),
       paints_(volume_.paints()) {
-  set_tools(kServoLaws);
+  for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters_));
   read_materials();
-}
-
-void PackingBody::set_tools(std::uint32_t laws) {
-  laws_ = laws;
-  tools_.clear();
-  for (std::size_t t = 0; t < tool_set_.size(); ++t) tools_.push_back(spheres_of(tool_set_, t, parameters_, laws));
-}
-
-void PackingBody::set_laws(std::uint32_t laws) {
-  if (laws != laws_) set_tools(laws);
 }
 
 /// Sets tissue and hardness of each sphere to those of the voxel at its initial centre. The packer smooths dithered
@@ -184,8 +170,7 @@ void PackingBody::take_out_pieces(const Cut& cut) {
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
-      const double remains = laws_ >= kLawsOfReducedGaps ? r / whole : 1;
-      const double room = spheres_.tree().room(c, r + remains * kGapsAround * packing_.largest_hole);
+      const double room = spheres_.tree().room(c, r + r / whole * kGapsAround * packing_.largest_hole);
       spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
       changed(piece[k], before[k]);
     }

@@ -32,7 +32,6 @@ class PackingBody final : public TissueBody {
   bool undo() override;
   bool redo() override;
   PerTissue taken_back() const override { return taken_back_; }
-  void set_laws(std::uint32_t laws) override;
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override;
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
@@ -67,20 +66,17 @@ class PackingBody final : public TissueBody {
   void take_over_paint();
   void take_back_paint();
   void read_materials();
-  void set_tools(std::uint32_t laws);
   std::size_t strokes_in_field() const;
 
   TissueVolume volume_;
   SpherePacking packing_;
   SphereTissue spheres_;
   Parameters parameters_;
-  std::vector<Tool> tool_set_;
   std::vector<Tissue> label_;  // for each sphere: label of the field at its initial centre
   std::vector<ToolSpheres> tools_;
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
-  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state

@@ -29,41 +29,21 @@ constexpr double kLargestTurn = 0.02;
 // limited. If the scene's force limit is at most this, the rate is that of the model "offset". If it is larger, the
 // rate is larger in proportion to it.
 constexpr double kDentalForces = 20;
-// first version of the force laws in which the limit of the force's rate of change grows with the force limit
-constexpr std::uint32_t kLawsOfLargeForces = 7;
-// first version of the force laws in which the projection onto the contacts starts from the pushes (multipliers) of the
-// last tick
-constexpr std::uint32_t kLawsOfWarmStarts = 7;
-// first version of the force laws in which the proxy's speed is limited
-constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
-// first version of the force laws in which a proxy that does not move is projected onto its contacts only once
-constexpr std::uint32_t kLawsOfOneProjection = 11;
 // m/s, largest speed of the tool's farthest point. Hands are slower than this. If the measured pose jumps, this limit
 // keeps the tick short.
 constexpr double kFastest = 5;
 
-// First version of the force laws in which a head with a large contact area postpones its cuts. Such a head advances by
-// only some ten nanometres per tick, but a cut must compute thousands of spheres, so a cut in every tick would cost too
-// much time.
-constexpr std::uint32_t kLawsOfPostponedCuts = 10;
-constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for a step this long
-// First version of the force laws in which a postponed cut waits for the energy of a longer step (kLongStep). In soft
-// bone a head advances by more than the shorter kLeastStep in a tick, so no cut was postponed there.
-constexpr std::uint32_t kLawsOfLongSteps = 11;
-constexpr double kLongStep = 1e-6;        // m, longer step that replaces kLeastStep from kLawsOfLongSteps on
+// A head with a large contact area postpones its cuts: it advances by only some ten nanometres per tick, but a cut must
+// compute thousands of spheres.
+constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
+constexpr double kMinStep = 1e-6;         // m; a postponed cut waits until the saved energy suffices for this step
 constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed
+constexpr double kAtRest = 0.1e-6;        // m, a head that moved by less has the same contact estimate as before
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
-ProxyOptions frictionless(std::uint32_t laws, double tick) {
-  return {.stiffness = 0,
-          .damping = 0,
-          .static_friction = 0,
-          .dynamic_friction = 0,
-          .starts_from_last = laws >= kLawsOfWarmStarts,
-          .projects_once = laws >= kLawsOfOneProjection,
-          .longest_path = laws >= kLawsOfLimitedSpeed ? kFastest * tick : std::numeric_limits<double>::infinity()};
+ProxyOptions frictionless(double tick) {
+  return {.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
 }
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double fraction) {
@@ -93,11 +73,11 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws, settings.tick));
+    proxies_.emplace_back(spheres_of(tools, t, parameters), frictionless(settings.tick));
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
-  if (passes && settings.laws >= kLawsOfRings) {
+  if (passes) {
     std::vector<ToolSpheres> heads;
     std::size_t most = 0;
     for (const SphereProxy& proxy : proxies_) {
@@ -217,8 +197,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
-  const double scale =
-      settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
+  const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
   // m, largest displacement of the tool per tick while it is led back along its path
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
@@ -286,7 +265,7 @@ void PackingModel::estimate_tissue() noexcept {
   const Pose& X = proxy().pose();
   if (postponed_for_ > 0 && surface_.volume > 0) {
     const double turned = turns_matter() ? glm::length(SphereProxy::rotation_angle(X_estimated_.R, X.R)) : 0.0;
-    if (glm::distance(X_estimated_.p, X.p) + proxy().tool().reach * turned < kLeastStep) return;
+    if (glm::distance(X_estimated_.p, X.p) + proxy().tool().reach * turned < kAtRest) return;
   }
   X_estimated_ = X;
   const dvec3 p_WC = proxy().contact_point();
@@ -339,9 +318,8 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Returns the energy for removing the tissue on a motion, J. For force laws older than kLawsOfRings it is an upper
-/// bound: tissue that several of the head's spheres cover counts once for each of these spheres. `near_to`: end of the
-/// motion for which find_near() was called.
+/// Returns the energy for removing the tissue on a motion, J. `near_to`: end of the motion for which find_near() was
+/// called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -351,8 +329,7 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
     const std::span<const Place> near = std::span(near_).subspan(begin, near_end_[t] - begin);
     const dvec3 a = from * tool.center_T[t], b = to * tool.center_T[t];
-    sum += settings_.laws >= kLawsOfRings ? tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_)
-                                          : snapshot_.spheres.cost(near, a, b, tool.radius[t], energy_);
+    sum += tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_);
   }
   return sum;
 }
@@ -396,13 +373,11 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut must wait, because the energy suffices only for a short step. The shortest allowed step is
-/// kLongStep, or kLeastStep in older force laws. The energy is saved, so the same volume is removed later. `step`: m,
-/// step for which the present energy suffices.
+/// Returns true if the cut must wait, because the energy suffices only for a step shorter than kMinStep. The energy is
+/// saved, so the same volume is removed later. `step`: m, step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
-  const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
-  const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&
-                     surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
+  const bool waits =
+      step < kMinStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
   postponed_for_ = waits ? postponed_for_ + dt : 0;
   return waits;
 }
@@ -445,8 +420,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     // On a straight path, every sphere that the cut reaches was already listed to compute the cost of the cut
     // (TriedCut). So the cut needs no new search.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
-    if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
-        near_end_[tool.head - 1] < near_.size()) {
+    if (tried_share_ == most && straight && tried_.complete() && near_end_[tool.head - 1] < near_.size()) {
       snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
     } else {
       const auto near = [&](std::size_t t, std::span<Place> found) {

@@ -17,7 +17,7 @@ namespace typodont::haptics::packing {
 
 struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
-  std::uint64_t seed = 1;       // random seed for the packings of tissue and tools
+  std::uint64_t seed = 1;       // random seed for the packings of the tissue and of a tool's mesh
   std::filesystem::path file;   // file with a packing to read; empty: a packing is computed
   // Head of the first tool as spheres made from a closed mesh; empty: the head has the shape in the tool table.
   std::optional<ToolSpheres> tool_mesh;
@@ -45,16 +45,10 @@ struct Parameters {
   }
 };
 
-/// First version of the force laws in which heads consist of overlapping spheres in rings. Tissue that is covered by
-/// several of these spheres costs energy only once.
-inline constexpr std::uint32_t kLawsOfRings = 7;
-
 /// Returns the sphere model of one tool of the set.
-inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters,
-                              std::uint32_t laws) {
+inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
-  return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed,
-                      laws >= kLawsOfRings ? HeadSpheres::kRings : HeadSpheres::kPacked);
+  return tool_spheres(tools[index], parameters.tool_spheres);
 }
 
 /// Returns the density of each tissue relative to dentin: the value in the scene file, or else the ratio of the

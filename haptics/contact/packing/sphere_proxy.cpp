@@ -456,14 +456,15 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   std::size_t count = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     Constraint& c = constraints_[k];
-    const double start = options_.starts_from_last ? c.multiplier : 0.0;
-    c.multiplier = 0;
-    if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
+    if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) {
+      c.multiplier = 0;
+      continue;
+    }
     const dvec3 turned = c.turn / (lever_ * lever_);
-    if (start > 0) {
-      c.multiplier = start;
-      allowed_move += start * c.n;
-      allowed_turn += start * turned;
+    // The push of the last tick is the first guess.
+    if (c.multiplier > 0) {
+      allowed_move += c.multiplier * c.n;
+      allowed_turn += c.multiplier * turned;
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
@@ -593,7 +594,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
 
   // Determines the push of each contact at the proxy's new position. If the proxy has not moved since the last
   // projection, the pushes of that projection are still valid.
-  if (!(arrived && options_.projects_once)) {
+  if (!arrived) {
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
   }

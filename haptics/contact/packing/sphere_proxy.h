@@ -21,12 +21,6 @@ struct ProxyOptions {
   double damping = 0;              // N·s/m, damping ζ of eq. 7 in paper S2
   double static_friction = 0.2;    // friction coefficient μ_s of eq. 13 in paper S2
   double dynamic_friction = 0.15;  // friction coefficient μ_d of eq. 13 in paper S2, at most μ_s
-  // true: the projection onto the contacts starts with the pushes (multipliers) of the last tick, so it needs fewer
-  // iterations; false: it starts with zero, as in the force laws before version 7
-  bool starts_from_last = true;
-  // true: if the proxy does not move, follow() projects the hand's motion onto the contacts once; false: twice, as in
-  // the force laws before version 11
-  bool projects_once = true;
   // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
   double longest_path = std::numeric_limits<double>::infinity();
 };

@@ -117,18 +117,6 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
   set(i, after);
 }
 
-double SphereTissue::cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
-                          const PerTissue& weight) const noexcept {
-  double sum = 0;
-  for (const Place place : near) {
-    CutSphere s = sphere(place);
-    const double before = counted(s);
-    if (!after_cut(s, a, b, r)) continue;
-    sum += (before - counted(s)) * hardness(place) * weight[static_cast<std::size_t>(tissue(place))];
-  }
-  return sum;
-}
-
 /// Eight spheres and the results of their cut by one ball.
 struct SphereTissue::Lanes {
   static constexpr std::size_t kWide = SphereTree::kWide;

@@ -70,10 +70,6 @@ class SphereTissue {
   /// ball can touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Returns the cost of a cut by one ball: the sum of (removed volume in m³ × hardness × `weight` of the tissue) over
-  /// all spheres in `near`. If several balls overlap, use class TriedCut.
-  double cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
-              const PerTissue& weight) const noexcept;
   /// Sets sphere i back to an earlier state `sphere`, for example for undo.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.

@@ -34,33 +34,6 @@ void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   }
 }
 
-template <class Distance>
-ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::uint64_t seed, Distance&& distance) {
-  const dvec3 extent = hi - lo;
-  DenseTissue field;
-  field.frame.voxel = std::max({extent.x, extent.y, extent.z}) / kSamples;
-  field.frame.origin = lo - 2 * field.frame.voxel;
-  field.size = glm::ivec3(glm::ceil(extent / field.frame.voxel)) + 5;
-  field.band = glm::length(extent);
-  const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
-  field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // the label may be any tissue, because a tool consists of one material
-  for (int x = 0; x < field.size.x; ++x) {
-    for (int y = 0; y < field.size.y; ++y) {
-      for (int z = 0; z < field.size.z; ++z) {
-        field.distance[field.at(x, y, z)] = static_cast<float>(distance(field.frame.to_world(dvec3(x, y, z))));
-      }
-    }
-  }
-  PackOptions options;
-  options.spheres = spheres;
-  options.seed = seed;
-  options.max_radius = field.band;  // spheres may be as large as the field allows; only tissue needs small spheres
-  const SpherePacking packing = pack_spheres(field, options);
-
-  return {packing.center, packing.radius};
-}
-
 /// Models a rotationally symmetric head by overlapping inscribed spheres, in rings around its axis. Rings are added one
 /// by one. The next ring is always the ring that covers the largest uncovered volume per sphere. The resulting surface
 /// is smoother than the surface of a packing, because the spheres overlap.
@@ -186,16 +159,9 @@ void ToolSpheres::add_non_cutting(const dvec3& p_T, double r) {
   reach = std::max(reach, glm::length(p_T) + r);
 }
 
-ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed, HeadSpheres kind) {
-  const dvec3 half(tool.radius(), tool.radius(), tool.half());
-  ToolSpheres result;
-  if (tool.shape == HeadShape::kSphere) {
-    result = ToolSpheres({dvec3(0)}, {tool.radius()});
-  } else if (kind == HeadSpheres::kRings) {
-    result = Rings(tool).choose(spheres);
-  } else {
-    result = packed(-half, half, spheres, seed, [&](const dvec3& p) { return tool.distance(p); });
-  }
+ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres) {
+  ToolSpheres result =
+      tool.shape == HeadShape::kSphere ? ToolSpheres({dvec3(0)}, {tool.radius()}) : Rings(tool).choose(spheres);
   for (const auto& part : {shank_of(tool), safe_end_of(tool)}) {
     if (part) add_chain(*part, result);
   }
@@ -206,7 +172,28 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   dvec3 lo, hi;
   solid_T.bounds(lo, hi);
   if (!is_finite(lo) || !is_finite(hi)) throw Error("tool", "", "an unbounded solid", "a closed one");
-  return packed(lo, hi, spheres, seed, [&](const dvec3& p) { return solid_T.distance(p); });
+  const dvec3 extent = hi - lo;
+  DenseTissue field;
+  field.frame.voxel = std::max({extent.x, extent.y, extent.z}) / kSamples;
+  field.frame.origin = lo - 2 * field.frame.voxel;
+  field.size = glm::ivec3(glm::ceil(extent / field.frame.voxel)) + 5;
+  field.band = glm::length(extent);
+  const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
+  field.distance.resize(count);
+  field.tissue.assign(count, Tissue::kEnamel);  // the label may be any tissue, because a tool consists of one material
+  for (int x = 0; x < field.size.x; ++x) {
+    for (int y = 0; y < field.size.y; ++y) {
+      for (int z = 0; z < field.size.z; ++z) {
+        field.distance[field.at(x, y, z)] = static_cast<float>(solid_T.distance(field.frame.to_world(dvec3(x, y, z))));
+      }
+    }
+  }
+  PackOptions options;
+  options.spheres = spheres;
+  options.seed = seed;
+  options.max_radius = field.band;  // spheres may be as large as the field allows; only tissue needs small spheres
+  const SpherePacking packing = pack_spheres(field, options);
+  return {packing.center, packing.radius};
 }
 
 }  // namespace typodont::haptics::packing

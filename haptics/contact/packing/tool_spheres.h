@@ -30,17 +30,10 @@ struct ToolSpheres {
   std::size_t size() const { return radius.size(); }
 };
 
-/// How spheres are arranged in a head that is not a ball.
-enum class HeadSpheres {
-  kPacked,  // spheres of different sizes that do not overlap; for force laws before version 7
-  kRings,   // overlapping spheres in rings around the axis
-};
-
-/// Returns a tool with a head from the tool table. A head that is a ball becomes one sphere; any other head becomes
-/// about `spheres` spheres. `seed`: used only for kPacked. The shank and the safe end (non-cutting pin at the tip)
+/// Returns a tool with a head from the tool table. A head that is a ball becomes one sphere; any other head becomes at
+/// most `spheres` overlapping spheres in rings around its axis. The shank and the safe end (non-cutting pin at the tip)
 /// become chains of inscribed spheres on the tool's axis.
-ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed,
-                         HeadSpheres kind = HeadSpheres::kRings);
+ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres);
 /// Packs a closed solid with spheres, for example a mesh (read_mesh_solid). The solid is in the tool's frame T. Throws
 /// Error if it is unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);

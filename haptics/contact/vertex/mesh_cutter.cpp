@@ -28,9 +28,6 @@ constexpr double kRounding = 1e-6;
 // Largest number of rounds that repair folded or intersecting faces by moving their vertices back. If the mesh is still
 // not valid after these rounds, all vertices are moved back to the positions before the step.
 constexpr int kMostRounds = 8;
-// Limit of the cosine between a face's outer normal and the direction from the head's centre to the face. If the cosine
-// is above this limit, the face does not face the head, so it may be on the far side of a thin wall.
-constexpr double kLooksAway = -0.2;
 // Limit of the cosine between a face's outer normal and the direction from the head's core to a corner of the face. A
 // face faces the core if all its cosines are below this limit.
 constexpr double kFacesCore = -0.05;
@@ -190,14 +187,14 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
   }
   if (takes_known_) {
     const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
-    return each(known.faces.size(), costs_.visit, [&](std::size_t k) {
+    return each(known.faces.size(), kCutCosts.visit, [&](std::size_t k) {
       if (mesh.may_meet(known.faces[k], lo, hi)) add_if_near(mesh, known.faces[k]);
     });
   }
-  const Effort most = std::min(left_, kNoLimit - 1) / costs_.visit + 1;
+  const Effort most = std::min(left_, kNoLimit - 1) / kCutCosts.visit + 1;
   Effort visits = most;
   const bool complete = mesh.near_in_part(search_, visits, [&](Index f) { add_if_near(mesh, f); });
-  left_ -= costs_.visit * (most - visits);
+  left_ -= kCutCosts.visit * (most - visits);
   return complete;
 }
 
@@ -221,11 +218,10 @@ void MeshCutter::sort_near() noexcept {
 /// false if the allowed effort is used up before the last face.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
-  const std::size_t room = near_.capacity(),
-                    most = follows_laws_12_ ? std::min(room, most_faces(*head.head, edge)) : room;
+  const std::size_t most = std::min(near_.capacity(), most_faces(*head.head, edge));
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
-    left_ -= costs_.refine;
+    left_ -= kCutCosts.refine;
     const Index f = near_[at_];
     // Quick test: no edge of a face is longer than the diameter of the face's bounding ball.
     if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * edge * kShorter) {
@@ -245,7 +241,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     }
     bool reached = false;
     if (longest >= 0) {
-      left_ -= costs_.distance;
+      left_ -= kCutCosts.distance;
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 g = (a + b + c) / 3.0;
       const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
@@ -255,7 +251,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       ++at_;
       continue;
     }
-    left_ -= costs_.split;
+    left_ -= kCutCosts.split;
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
@@ -329,9 +325,9 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
 /// Computes the target positions of the vertices that find_inside() has collected in distances_.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
-  left_ -= costs_.distances * static_cast<Effort>(distances_.size());
+  left_ -= kCutCosts.distances * static_cast<Effort>(distances_.size());
   distances_.evaluate(*head.head, head.R_WT, -P::overlap);
-  left_ -= costs_.push * static_cast<Effort>(distances_.size());
+  left_ -= kCutCosts.push * static_cast<Effort>(distances_.size());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Index v = distances_.point(i);
     const mesh::Vertex& vertex = mesh.vertex(v);
@@ -355,7 +351,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
     ++look_;
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
-  if (!each(near_.size(), costs_.find, [&](std::size_t k) {
+  if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
         // Quick test: if the bounding ball of a face is outside the head, so are the corners of the face.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
@@ -423,7 +419,7 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
 /// wall. Returns false if the allowed effort is used up before the last face.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
-    if (!each(affected_.size(), costs_.unfold, [&](std::size_t i) {
+    if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
           if (folds(mesh, head, affected_[i])) unfold_held_ |= hold_back(mesh, affected_[i].f);
         })) {
       return false;
@@ -498,9 +494,9 @@ bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, con
   if (shared > 0) {
     const dvec3 m = normal2(mesh, g);
     const double d = glm::dot(n, m), size2 = glm::dot(n, n) * glm::dot(m, m);
-    if (follows_laws_15_ && shared > 1) return d < 0 && d * d > P::flat_fold * P::flat_fold * size2;
+    if (shared > 1) return d < 0 && d * d > P::flat_fold * P::flat_fold * size2;
     const bool same_way = d > 0 && d * d > P::same_way * P::same_way * size2;
-    if (same_way && !(follows_laws_15_ && angles_overlap(a, of_a, b, of_b, n))) return false;
+    if (same_way && !angles_overlap(a, of_a, b, of_b, n)) return false;
   }
   return mesh::cross_each_other(a, b);
 }
@@ -529,7 +525,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
       ++tested;
       if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
     }
-    left_ -= costs_.pair * static_cast<Effort>(tested);
+    left_ -= kCutCosts.pair * static_cast<Effort>(tested);
     if (count > kCrowd && near_.size() <= crowd_.room()) {
       if (!crowded_) list_crowd(mesh);
       count = crowd_.keep_possible(corners, overlapping_.data(), count);
@@ -580,40 +576,11 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   const double within = reach_of_changes(mesh, edge, f);
   const dvec3 way = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
   if (!head.head->may_be_within(glm::vec3(way), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
-  left_ -= costs_.distance;
+  left_ -= kCutCosts.distance;
   if (head.head->is_ball()) return add_suspect(mesh, f);
   candidates_[distances_.size()] = {f, within};
   distances_.add(static_cast<std::uint32_t>(distances_.size()), way);
   if (distances_.full()) decide_candidates(mesh, head);
-}
-
-/// Lists face f by the rule of force laws before version 14: a face is not listed if it faces the centre of the head
-/// or, since version 12, the nearest point of the head. The two kinds of faces can intersect each other, so this rule
-/// misses some intersections.
-void MeshCutter::select_suspect_before(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
-  const glm::vec3 axis(head.R_WT[2]);
-  const double within = reach_of_changes(mesh, edge, f);
-  // Quick test: if the bounding ball of the face is far from the head, the corners are not read.
-  if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
-                                static_cast<float>(within + kRounding))) {
-    return;
-  }
-  const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-  const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
-  const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
-  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
-  if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
-  if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
-  if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
-  left_ -= costs_.distance;
-  dvec3 out;  // direction from the nearest point of the head to the face
-  if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
-  thin_ = true;
-  // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
-  // The test above may then fail although the wall faces the head. So the direction from the nearest point of the head
-  // decides.
-  if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
-  add_suspect(mesh, f);
 }
 
 /// Returns the distance from the head (m) within which face f can intersect a changed face. Moved vertices are on the
@@ -681,7 +648,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   // The next functions return limits of the shape of the faces after the collapse. If the collapsed edge is tiny, the
   // limits are weaker for a face that already exceeds them: its shape may stay about as bad as it is. Without this
   // exception, tiny faces that have collected in one place could never be removed.
-  const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
+  const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
     return accepts_bad ? std::min(least, 0.5 * glm::length(before)) : least;
@@ -772,7 +739,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     if (length2[i] > length2[longest]) longest = i;
   }
   if (length2[shortest] < shortest2) {
-    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
+    left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     // The collapse keeps one of the two vertices of the edge: if possible, a vertex that no cut has moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
@@ -781,15 +748,15 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     }
   }
   if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
-    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
+    left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     turn(mesh, f, longest, edge, done);
   }
 }
 
 /// Removes a vertex that could not leave the head: merges it into a neighbouring vertex. Neighbours outside the head
 /// are tried first, and among them the nearest one first. Returns false if no neighbour is suitable.
-bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
-                                          CutDone& done) noexcept {
+bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
+                                      CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
     double far2;  // m², square of the distance between the vertex v and its neighbour
@@ -811,36 +778,9 @@ bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head
     neighbours[at] = next;
   });
   for (std::size_t k = 0; k < count; ++k) {
-    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
+    left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     const Neighbour& to = neighbours[k];
     if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::most_given, done)) return true;
-  }
-  return false;
-}
-
-/// Removes a vertex that could not leave the head: merges it into a neighbouring vertex, if possible one that is not
-/// inside the head. Returns false if no neighbour is suitable.
-bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
-                                      CutDone& done) noexcept {
-  if (follows_laws_12_) return merge_into_any_neighbour(mesh, head, v, edge, done);
-  for (int tries = 0; tries < 2; ++tries) {
-    Index face = kNone;
-    int at = 0;
-    bool keeps_first = false;
-    double nearest2 = 1e300;
-    mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // first the edge that starts in v, then the edge that ends in v
-        const int i = before ? (c + 2) % 3 : c;
-        const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
-        const double far2 = edge2(mesh, f, i);
-        if (far2 >= nearest2 || !mesh.may_collapse(f, i, before)) continue;
-        if (tries == 0 && head.distance(mesh.vertex(other).p) < -P::overlap) continue;
-        nearest2 = far2, face = f, at = i, keeps_first = before;
-      }
-    });
-    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::longest, P::most_given, done)) {
-      return true;
-    }
   }
   return false;
 }
@@ -858,7 +798,7 @@ void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_W
   const double way = displacement_bound(X_WA, X_WB, head.reach());
   // The longest cut of the servo (FeelParameters::stride) has exactly the length of one step. Without the factor 1 -
   // 1e-6, a rounding error could divide this cut into two steps.
-  const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
+  const double steps = way / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
   go_to(Stage::kNextStep);
@@ -868,62 +808,6 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   left_ = left;
   while (stage_ != Stage::kDone && left_ > 0) run_stage(mesh, known);
   left = left_;
-  return stage_ == Stage::kDone;
-}
-
-/// Returns the approximate computing effort of the next stages, up to the place where work_in_stages() may stop again.
-/// The unit is the effort of testing the vertices of one face. Returns 0 if work_in_stages() counts the effort itself.
-std::size_t MeshCutter::effort_of_stage() const noexcept {
-  switch (stage_) {
-    case Stage::kFind:
-      return near_.size();
-    case Stage::kCollect:
-      return 4 * moved_.size();
-    case Stage::kRefine:
-    case Stage::kSelect:
-      return near_.size() / 2;
-    case Stage::kAccount:
-      return affected_.size();
-    default:
-      return 0;
-  }
-}
-
-bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
-  constexpr std::size_t kTest = 32;  // effort of one intersection test; unit: effort of testing a face's vertices
-  std::size_t spent = 0;
-  while (stage_ != Stage::kDone && (spent == 0 || spent + effort_of_stage() <= most)) {
-    spent += std::max<std::size_t>(effort_of_stage(), 1);
-    left_ = kNoLimit;
-    switch (stage_) {
-      case Stage::kNextStep:
-        run_stage(mesh, known);
-        if (stage_ == Stage::kRefine) spent += near_.size() / 2;
-        break;
-      case Stage::kCollect:
-        while (stage_ != Stage::kSelect) run_stage(mesh, known);
-        break;
-      case Stage::kSelect:
-        while (stage_ == Stage::kSelect || stage_ == Stage::kSelectChanged) run_stage(mesh, known);
-        break;
-      case Stage::kTest: {
-        const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
-        for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
-          if (at_ < suspects_.size()) spent += kTest;
-          left_ = 1;  // an effort of 1 is enough for exactly one intersection test
-          run_stage(mesh, known);
-        }
-        left_ = kNoLimit;
-        if (stage_ == Stage::kUnfoldAgain) run_stage(mesh, known);
-        break;
-      }
-      case Stage::kAccount:
-        while (stage_ == Stage::kAccount || stage_ == Stage::kMerge || stage_ == Stage::kRepair) run_stage(mesh, known);
-        break;
-      default:
-        run_stage(mesh, known);
-    }
-  }
   return stage_ == Stage::kDone;
 }
 
@@ -941,17 +825,12 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       // The faces that an earlier search found (`known`) are used only in the first step of the cut, because each step
       // changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
-      if (follows_laws_12_) return go_to(Stage::kSearch);
-      const Effort left = std::exchange(left_, kNoLimit);
-      gather_in_part(mesh, known);
-      sort_near();
-      left_ = left - costs_.gather * static_cast<Effort>(near_.size()) - 1;
-      return go_to(Stage::kRefine);
+      return go_to(Stage::kSearch);
     }
     case Stage::kSearch:
       if (!gather_in_part(mesh, known)) return;
       sort_near();
-      left_ -= costs_.sort * static_cast<Effort>(near_.size());
+      left_ -= kCutCosts.sort * static_cast<Effort>(near_.size());
       return go_to(Stage::kRefine);
     case Stage::kRefine:
       if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
@@ -961,7 +840,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       affected_.clear();
       return go_to(moved_.empty() ? Stage::kNextStep : Stage::kCollect);
     case Stage::kCollect:
-      if (!each(moved_.size(), costs_.collect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
+      if (!each(moved_.size(), kCutCosts.collect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
         return;
       }
       for (const Moved& m : moved_) mesh.move(m.v, m.to);
@@ -970,7 +849,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       if (keep_unfolded(mesh, head_)) go_to(Stage::kSettle);
       return;
     case Stage::kSettle:
-      if (!each(affected_.size(), costs_.settle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
+      if (!each(affected_.size(), kCutCosts.settle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
       thin_ = false;
       rounds_ = 0;
       return go_to(Stage::kSelect);
@@ -985,25 +864,19 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
         distances_.clear();
         held_ = false;
       }
-      if (!each(near_.size(), costs_.select, [&](std::size_t k) {
-            if (follows_laws_14_) {
-              select_suspect(mesh, head_, edge, near_[k]);
-            } else {
-              select_suspect_before(mesh, head_, edge, near_[k]);
-            }
-          })) {
+      if (!each(near_.size(), kCutCosts.select, [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
         return;
       }
       decide_candidates(mesh, head_);
       looking_away_ = suspects_.size();
       if (suspects_.empty()) return go_to(Stage::kTest);
-      left_ -= costs_.ball * static_cast<Effort>(near_.size());
+      left_ -= kCutCosts.ball * static_cast<Effort>(near_.size());
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
       // At a fold, a face that faces away from the head may intersect a face that faces the head. So a changed face is
       // also tested if it shares a vertex with a face that faces away from the head.
-      if (!each(affected_.size(), costs_.select_changed, [&](std::size_t i) {
+      if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
               suspects_.push_back(affected_[i].f);
@@ -1014,20 +887,20 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away_), suspects_.end());
       return go_to(Stage::kTest);
     case Stage::kTest:
-      if (!each(suspects_.size(), costs_.test, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
+      if (!each(suspects_.size(), kCutCosts.test, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
       return go_to(held_ ? Stage::kUnfoldAgain : Stage::kAccount);
     case Stage::kUnfoldAgain:
       if (keep_unfolded(mesh, head_)) go_to(Stage::kSelect);
       return;
     case Stage::kAccount:
-      if (each(affected_.size(), costs_.account, [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
+      if (each(affected_.size(), kCutCosts.account,
+               [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
         go_to(Stage::kMerge);
       }
       return;
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (m.stays && !follows_laws_12_) left_ -= costs_.thin_collapse;
             if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
               done_.changed = true;
             } else {
@@ -1038,7 +911,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       }
       return go_to(Stage::kRepair);
     case Stage::kRepair:
-      if (each(affected_.size(), costs_.repair,
+      if (each(affected_.size(), kCutCosts.repair,
                [&](std::size_t i) { repair_sliver(mesh, head_, affected_[i].f, edge, done_); })) {
         go_to(Stage::kNextStep);
       }

@@ -39,7 +39,6 @@ struct CutParameters {
   static constexpr double faces_head = 0.3;
   // Two faces that share a vertex face the same way if the cosine between their normals is above this limit. They are
   // tested for intersection only if their angles at the common vertex overlap, seen along the normal of one of them.
-  // (Before version 15 of the force laws, they were never tested.)
   static constexpr double same_way = 0.6;
   // Two faces that share an edge count as intersecting if the cosine between their normals is below this limit. Then
   // they lie on each other without any gap, and a later cut could push parts of one face through the other.
@@ -51,25 +50,11 @@ struct CutParameters {
   static constexpr double tiny = 0.1;
   // Smallest allowed area of a face after an edge is collapsed, divided by half the square of the target edge length.
   static constexpr double least_area = 1e-6;
-  // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
-  static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // Since version 12 of the force laws, four additional rules apply. (1) A vertex that cannot leave the head is merged
-  // into a neighbour even if edges get longer than `longest`. (2) A face is not tested for intersection if its outer
-  // normal points towards the nearest point of the head. (3) The search for the faces near the head may be divided over
-  // several ticks. (4) `most_faces` limits the number of faces near the head.
-  static constexpr std::uint32_t laws_12 = 12;
-  // First version of the force laws with the present estimates of computing times (CutCosts), and with one rule that
-  // decides for all faces whether they may intersect other faces (select_suspect()).
-  static constexpr std::uint32_t laws_14 = 14;
-  // First version of the force laws in which the intersection test also finds two kinds of folds: two faces with a
-  // common edge that lie on each other (`flat_fold`), and two faces with a common vertex that face the same way and
-  // overlap (see `same_way`).
-  static constexpr std::uint32_t laws_15 = 15;
   // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
   // longer than `longest`.
   static constexpr double longest_merged = 2;
   // Limit of the number of faces near the head, divided by the number of equilateral faces of the target edge length
-  // that would cover the head's surface. At this limit, edges are no longer split (since force laws 12). In a usual
+  // that would cover the head's surface. At this limit, edges are no longer split. In a usual
   // cut, the ratio is about two. It gets larger only at the rim of a membrane, where each split makes further splits
   // necessary.
   static constexpr double most_faces = 4;
@@ -106,7 +91,6 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 /// Estimated computing times of the loops of a cut, in the unit of Effort. They come from measurements.
 struct CutCosts {
   Effort visit = 1, sort = 1;       // per face: visit in a search; sorting of the found faces
-  Effort gather = 2;                // per found face, in force laws whose searches are not divided
   Effort refine = 1, split = 40;    // per face near the head; per split edge
   Effort distance = 5;              // per distance between the head and a face
   Effort find = 2;                  // per face whose corners may be inside the head
@@ -120,9 +104,7 @@ struct CutCosts {
   Effort collapse = 60;             // per attempt to collapse or flip an edge
   Effort thin_collapse = 500;       // the same if faces near the head face away from it
 };
-/// The estimates before version 14 of the servo's force laws.
-inline constexpr CutCosts kCutCostsBefore{
-    .visit = 2, .find = 1, .distances = 2, .collect = 6, .settle = 4, .select = 2, .test = 50, .pair = 3};
+inline constexpr CutCosts kCutCosts;
 
 /// Faces near a head that an earlier search has already found.
 struct KnownFaces {
@@ -139,14 +121,6 @@ class MeshCutter {
   /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// Sets the version of the servo's force laws. Called before the first cut.
-  void set_laws(std::uint32_t laws) noexcept {
-    accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
-    follows_laws_12_ = laws >= CutParameters::laws_12;
-    follows_laws_14_ = laws >= CutParameters::laws_14;
-    follows_laws_15_ = laws >= CutParameters::laws_15;
-    costs_ = follows_laws_14_ ? CutCosts{} : kCutCostsBefore;
-  }
   /// Moves the head from A to B in straight steps and cuts the mesh. The head at A must not overlap the solid. `edge`:
   /// m, target edge length, that is, the wanted length of mesh edges on the cut surface.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
@@ -158,9 +132,6 @@ class MeshCutter {
   /// they save a search. Neither `known` nor the division into parts changes the result.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
-  /// Continues the cut like work(), but stops only between the stages of the cut. Used for force laws 9 and 10. Stops
-  /// before the computing effort exceeds `most`; its unit is the effort of testing the vertices of one face.
-  bool work_in_stages(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
   /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from the head's
   /// centre or axis, to the head's surface. No face is split or repaired.
@@ -229,7 +200,6 @@ class MeshCutter {
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
-  std::size_t effort_of_stage() const noexcept;
   /// Calls fn(i) for the indices from at_ to `count` - 1, until the computing effort left_ is used up. `cost`: effort
   /// of one call of fn. Returns true if fn was called for the last index.
   template <class Fn>
@@ -258,7 +228,6 @@ class MeshCutter {
   bool keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
   static bool faces_core(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index f) noexcept;
   void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
-  void select_suspect_before(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
   double reach_of_changes(const mesh::EditableMesh& mesh, double edge, mesh::Index f) const noexcept;
   void add_suspect(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void decide_candidates(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
@@ -275,8 +244,6 @@ class MeshCutter {
                      double longest, double most_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
                             CutDone& done) noexcept;
-  bool merge_into_any_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
-                                CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
@@ -295,11 +262,6 @@ class MeshCutter {
   }
 
   SharedLabels labels_;
-  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
-  bool follows_laws_14_ = true;    // true: the rules that CutParameters::laws_14 describes apply
-  bool follows_laws_15_ = true;    // true: the rules that CutParameters::laws_15 describes apply
-  CutCosts costs_;
   std::uint32_t look_ = 0;
   // for each vertex and each face: number of the search (look_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;

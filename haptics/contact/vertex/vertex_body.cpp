@@ -49,24 +49,12 @@ VertexBody::VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<co
       untouched_(volume_.clone()),
       parameters_(parameters),
       mesh_(mesh, finest_edge(tools, parameters), parameters.spare),
-      labels_(labels_of(untouched_)) {
-  cutter_ = new_cutter();
+      labels_(labels_of(untouched_)),
+      cutter_(mesh_, labels_) {
   for (const Tool& tool : tools) {
     heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
-}
-
-MeshCutter VertexBody::new_cutter() const {
-  MeshCutter cutter(mesh_, labels_);
-  cutter.set_laws(laws_);
-  return cutter;
-}
-
-void VertexBody::set_laws(std::uint32_t laws) {
-  laws_ = laws;
-  cutter_.set_laws(laws);
-  for (VertexHead& head : heads_) head.set_laws(laws);
 }
 
 CutDone VertexBody::make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const {
@@ -173,7 +161,7 @@ TissueVolume::Strokes VertexBody::strokes() {
 std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
   auto snapshot = std::make_unique<VertexSnapshot>();
   snapshot->mesh = mesh_;
-  snapshot->cutter = new_cutter();
+  snapshot->cutter = MeshCutter(mesh_, labels_);
   snapshot->sample_of.resize(mesh_.vertex_room());
   return snapshot;
 }
@@ -188,7 +176,7 @@ void VertexBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
   // The first snapshot that the servo hands back is the empty one with which its model started. It has no buffers for
   // cutting, so they are allocated here.
-  fresh.cutter = new_cutter();
+  fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }
 

@@ -37,7 +37,6 @@ class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
-  void set_laws(std::uint32_t laws) override;
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
@@ -68,7 +67,6 @@ class VertexBody final : public TissueBody {
     FieldBlocks blocks;    // blocks of the distance field that the stroke may have changed
     bool painted = false;  // true: the stroke painted tissue; painting changes only the distance field
   };
-  MeshCutter new_cutter() const;
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
@@ -81,9 +79,8 @@ class VertexBody final : public TissueBody {
   std::vector<VertexHead> heads_;
   std::vector<double> edges_;  // m, for each head: wanted length of mesh edges on the surfaces that it cuts
   mesh::EditableMesh mesh_;
-  MeshCutter cutter_;
-  std::uint32_t laws_ = kServoLaws;  // version of the servo's force laws; the carver repeats the servo's cuts
   SharedLabels labels_;
+  MeshCutter cutter_;
   std::deque<Stroke> done_, undone_;
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};

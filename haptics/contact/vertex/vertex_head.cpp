@@ -4,8 +4,6 @@
 #include <cmath>
 #include <span>
 
-#include "engine/contract/contact.h"
-
 namespace typodont::haptics::vertex {
 
 VertexHead::VertexHead(const Tool& tool)
@@ -16,7 +14,6 @@ VertexHead::VertexHead(const Tool& tool)
       reach_(tool.reach()),
       half_(tool.half()) {
   if (!ball_) find_flanks(), find_core();
-  set_laws(kServoLaws);
 }
 
 /// Finds a tangent for each piece of the outline that is neither parallel nor perpendicular to the axis: the tangent
@@ -40,9 +37,8 @@ void VertexHead::find_flanks() noexcept {
                            n_rho * (other.bz - other.cz) - n_z * (other.bx - other.cx) >= 0;
       if (other.radius > 0 && between) extent = std::max(extent, n_rho * other.cx + n_z * other.cz + other.radius);
     }
-    flank_[static_cast<std::size_t>(flanks_found_++)] = {static_cast<float>((extent + kRounding) / n_rho),
-                                                         static_cast<float>(n_z / n_rho),
-                                                         static_cast<float>(1 / n_rho)};
+    flank_[static_cast<std::size_t>(flank_count_++)] = {static_cast<float>((extent + kRounding) / n_rho),
+                                                        static_cast<float>(n_z / n_rho), static_cast<float>(1 / n_rho)};
   }
 }
 

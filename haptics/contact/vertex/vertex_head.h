@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 
 #include "haptics/tool.h"
 
@@ -15,10 +14,6 @@ namespace typodont::haptics::vertex {
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
-
-  /// Sets the version of the servo's force laws. Before version 14, may_be_within() used only the cylinder around the
-  /// head, so it found more points that are far from the head. A new head follows the present version.
-  void set_laws(std::uint32_t laws) noexcept { flanks_ = laws >= kLawsOfFlanks ? flanks_found_ : 0; }
 
   bool is_ball() const noexcept { return ball_; }
   /// Returns the distance field of the head's meridian (its outline), in metres. A ball does not need it.
@@ -49,7 +44,7 @@ class VertexHead {
     // No point of the head is beyond a tangent of its outline, because the outline is convex.
     constexpr float kRoundingOfSquares = 1e-6f;  // ratio of the rounding error of `outer` to `square`
     const float outer = square - along * along - kRoundingOfSquares * square;
-    for (int i = 0; i < flanks_; ++i) {
+    for (int i = 0; i < flank_count_; ++i) {
       const Flank& flank = flank_[i];
       const float most = flank.far + flank.per_far * room - flank.slope * along;  // m, largest distance from the axis
       if (most < 0 || outer > most * most) return false;
@@ -77,8 +72,6 @@ class VertexHead {
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:
-  // first version of the servo's force laws in which may_be_within() uses the flanks
-  static constexpr std::uint32_t kLawsOfFlanks = 14;
   /// A tangent of the head's outline. At the height z along the axis (m, frame T), points of the head are at most
   /// far - slope·z from the axis. Points within a distance d of the head are at most per_far·d farther from the axis.
   struct Flank {
@@ -95,7 +88,7 @@ class VertexHead {
   double radius_, reach_, half_;
   double core_low_ = 0, core_high_ = 0;
   std::array<Flank, HeadField::kMaxPieces> flank_{};  // tangents at the inclined pieces of the outline
-  int flanks_found_ = 0, flanks_ = 0;                 // number of tangents; number of those that may_be_within() uses
+  int flank_count_ = 0;
 };
 
 }  // namespace typodont::haptics::vertex

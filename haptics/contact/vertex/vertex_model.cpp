@@ -18,18 +18,16 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-// first version of the servo's force laws in which distances of points from the head are extrapolated
-constexpr std::uint32_t kLawsOfReuse = 11;
 /// Estimated computing times of the loops that list points, in the unit of Effort. They come from measurements.
 struct ListCosts {
-  Effort face = 2;      // per found face, in force laws whose searches are not divided
+  Effort face = 2;      // per found face, in a search that is not divided
   Effort visit = 1;     // per visited cell or face of the search grid
   Effort vertex = 2;    // per face whose vertices are listed
   Effort distance = 3;  // per distance between the head and a point
   Effort area = 3;      // per face whose area is distributed
   Effort part = 2;      // per additional point on a large face
 };
-constexpr ListCosts kListCosts, kListCostsBefore{.visit = 2, .distance = 2};  // before version 14 of the force laws
+constexpr ListCosts kListCosts;
 // computing effort of the contact with one listed point; its unit is 5 ns, half the unit of all other efforts
 constexpr Effort kContactEffort = 3;
 // computing effort of one distance that cannot be extrapolated, but must be computed, in units of 10 ns
@@ -61,12 +59,10 @@ int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
 }  // namespace
 
 VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parameters)
-    : settings_(settings),
-      parameters_(parameters),
-      distances_(kMostSamples, settings.laws < kLawsOfReuse ? 0 : P::reuse) {
+    : settings_(settings), parameters_(parameters), distances_(kMostSamples, P::reuse) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    heads_.emplace_back(tool).set_laws(settings.laws);
+    heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
   near_.reserve(kMostFaces);
@@ -106,8 +102,6 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 /// Lists all vertices within `margin` (m) of a head in one call. If a face is so large that a cut would split
 /// its edges, additional points on this face are also listed (parts_of()).
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
-  // Versions 9 and 10 of the force laws finish a cut in progress before they read the mesh.
-  if (Effort left = kNoLimit; part_.open && !divides_anywhere()) continue_cut(left);
   part_.lists = false;
   ahead_ = near_changed_ = false;
   begin_list(head, edge, X, margin);
@@ -129,13 +123,9 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
 /// `left`. Returns true if the list is complete. The division into several calls does not change the list.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
-  const ListCosts& costs = follows_laws_14() ? kListCosts : kListCostsBefore;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
-      const bool divides = divides_search() && left < kNoLimit;
-      // If the search cannot be divided over several ticks, it begins only in a tick in which at least half of the
-      // computing effort is left.
-      if (!divides && left < P::most_effort_before / 2) return false;
+      const bool divides = left < kNoLimit;
       if (!std::exchange(now.searches, true)) {
         list.points.clear(now.X);
         list.samples.clear();
@@ -143,12 +133,11 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
         proposed_.clear();
         near_.clear();
       }
-      Effort visits = divides ? left / costs.visit + 1 : kNoLimit;
+      Effort visits = divides ? left / kListCosts.visit + 1 : kNoLimit;
       const Effort before = visits;
       const bool complete = list_near_faces(visits);
-      if (divides) left -= costs.visit * (before - visits);
+      left -= divides ? kListCosts.visit * (before - visits) : kListCosts.face * static_cast<Effort>(near_.size());
       if (!complete) return false;
-      if (!divides) left -= costs.face * static_cast<Effort>(near_.size());
       now.stage = Listing::Stage::kVertices;
     }
     const bool areas = now.stage == Listing::Stage::kAreas;
@@ -160,8 +149,9 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
         list_vertices(list, near_[now.at]);
       }
       const std::size_t after = proposed_.size();
-      left -= areas ? costs.area : costs.vertex;
-      left -= (costs.distance + (areas ? costs.part : 0)) * static_cast<Effort>(after > before ? after - before : 0);
+      left -= areas ? kListCosts.area : kListCosts.vertex;
+      left -= (kListCosts.distance + (areas ? kListCosts.part : 0)) *
+              static_cast<Effort>(after > before ? after - before : 0);
     }
     if (now.at < near_.size()) return false;
     add_proposed(list);
@@ -296,7 +286,7 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
 
 /// Completes a short list (only points very near the head) if it lacks points within the distance `far` (m) of the head
 /// at X. The complete list is made for the same pose of the head as the short list, so the contact is the same with
-/// either list. Before force laws 11, a cut in progress is finished first, because the list is made from the mesh.
+/// either list.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;
@@ -382,9 +372,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   const bool is_ball = head().is_ball();
   Springs sum;
   const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
-  const double within = is_ball ? 0 : probe;
-  if (is_ball || !divides_anywhere()) {
-    distances_.find(head(), list_.points, at, within, is_ball);
+  if (is_ball) {
+    distances_.find(head(), list_.points, at, 0, true);
   } else {
     distances_.find_pushed(head(), list_.points, at, probe * pull);
   }
@@ -421,8 +410,7 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
-  const double most =
-      (force != dvec3(0) ? settings_.stiffness * moved : 0) + (moves_on() ? P::ease : P::ease_before) * in.dt;
+  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
   const dvec3 change = force - eased_;
   const double size = glm::length(change);
   eased_ = eases_ && size > most ? eased_ + most / size * change : force;
@@ -468,7 +456,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   // While a cut is in progress or the next list is being made, a cutting head moves only as far as the present list is
   // valid. If it moved farther, a complete list would have to be made in this tick, which takes too long.
-  const bool keeps_list = lists_ahead() && in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
+  const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
   };
@@ -485,13 +473,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   };
   listed_ = 0;
   distances_.count_anew();
-  const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
+  const auto may_go_on = [&] { return listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  // In force laws 11 only: if vertices stayed inside the head in the previous cut, the head does not move while the
-  // next cut is in progress. With this rule the head can get stuck, because the next cut cannot move the same vertices
-  // either.
-  const bool stops = divides_anywhere() && !moves_on();
-  if (stops && part_.open && part_.stayed && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -565,7 +548,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   const bool began = !part_.open;
   ++(began ? part_.rest : part_.ticks);
   if (began && !begin_cut(in, contact)) {
-    if (lists_ahead()) list_ahead(in, {contact.p_WG, in.X_WT.R});
+    if (!parameters_.as_printed) list_ahead(in, {contact.p_WG, in.X_WT.R});
     return false;
   }
   if (!work_on_cut(in, {contact.p_WG, in.X_WT.R})) return false;
@@ -602,59 +585,48 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits for some ticks after the last one. In force laws 11, it does not wait if vertices stayed inside
-    // the head in the last cut.
-    const bool waits = divides_anywhere() && (moves_on() || !part_.done.held);
+    // A new cut waits for some ticks after the last one.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
-    const double least = follows_laws_14() ? P::least_rest : 0;
-    if (waits && part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), least)) return false;
+    if (part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), P::least_rest)) return false;
     to.p = from.p + way / depth * pull;
   }
-  part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
-           {},   false,      false,           false, 1,    0};
+  part_ = {.open = true,
+           .scrapes = in.scrapes,
+           .tool = tool_,
+           .from = from,
+           .to = to,
+           .estimated = springs_.across * met_ * glm::distance(from.p, to.p),
+           .ticks = 1};
   ahead_ = false;
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }
 
-/// Continues the cut in progress until it is finished or `left` is not positive. Returns true if the cut is finished.
-bool VertexModel::continue_cut(Effort& left) noexcept {
-  if (part_.finished) return true;
-  MeshCutter& cutter = snapshot_.cutter;
-  if (parameters_.as_printed) {
-    part_.done = cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
-  } else {
-    if (!cutter.work(snapshot_.mesh, known_faces(), left)) return false;
-    part_.done = cutter.done();
-  }
-  return part_.finished = true;
-}
-
 /// Returns the computing effort that a cut may spend in this tick. The effort of lists made in this tick is not yet
 /// subtracted.
 Effort VertexModel::effort_for_cut() const noexcept {
-  if (divides_search()) {
-    const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
-    const Effort most = follows_laws_14() ? P::most_effort : P::most_effort_before;
-    const Effort rest = most - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
-    return lists_ahead() ? std::max(rest, P::least_effort) : rest;
-  }
-  return part_.stayed ? P::more_effort_before : P::most_effort_before;
+  const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
+  const Effort contact = kContactEffort * static_cast<Effort>(list_.points.size()) / 2;
+  return std::max(P::most_effort - contact - fresh, P::least_effort);
 }
 
 /// Continues the cut in progress, and then lists the points around the head after the cut. `proxy`: present pose of the
 /// head. Returns true if both the cut and the list are complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
-  const bool divides = divides_anywhere() && !parameters_.as_printed;
-  Effort left = divides ? effort_for_cut() - listed_ : kNoLimit;
-  if (left <= 0) return false;  // lists made in this tick have used up the computing effort
-  if (divides_in_stages() && !part_.finished) {
-    if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
-    part_.done = snapshot_.cutter.done();
-  } else if (!continue_cut(left)) {
-    return false;
+  MeshCutter& cutter = snapshot_.cutter;
+  if (parameters_.as_printed) {
+    part_.done = cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
+    found_ = false;
+    return true;
   }
-  if (!divides || part_.tool != tool_) {
+  Effort left = effort_for_cut() - listed_;
+  if (left <= 0) return false;  // lists made in this tick have used up the computing effort
+  if (!part_.finished) {
+    if (!cutter.work(snapshot_.mesh, known_faces(), left)) return false;
+    part_.done = cutter.done();
+    part_.finished = true;
+  }
+  if (part_.tool != tool_) {
     found_ = false;
     return true;
   }

@@ -25,9 +25,8 @@ struct FeelParameters {
   // Limit of the force across the pull (the direction from the head to the hand), as a ratio to the force along the
   // pull.
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: the same limit
-  // before version 12 of the force laws
-  static constexpr double ease = 6.5, ease_before = 15;
+  // N/s, largest rate of change of a bur's force while the hand does not move
+  static constexpr double ease = 6.5;
   // Shortest distance by which a cut advances the head, as a ratio to the target edge length. Until the energy is
   // enough for this distance, it is collected. Otherwise there would be a cut in every tick.
   static constexpr double sweep = 0.04;
@@ -63,24 +62,18 @@ struct FeelParameters {
   // distance is at least `hurry` × (cut area / radius²) × edge length. A thin head has a small cut area, so it waits
   // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
   static constexpr double rest = 3, hurry = 0.08;
-  // Since force laws 14, the next cut waits for at least `least_rest` × n ticks, so that fewer than half of the
-  // ticks cut. With a longer wait, a thin head would remove less tissue, because the length of a cut is limited.
+  // The next cut waits for at least `least_rest` × n ticks, so that fewer than half of the ticks cut. With a longer
+  // wait, a thin head would remove less tissue, because the length of a cut is limited.
   static constexpr double least_rest = 1.05;
   // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
   // divided over several ticks.
   static constexpr Effort most_effort = 6500;
-  // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick, since force laws 13. So the cut
-  // still makes progress if the contact has used up most of `most_effort`.
+  // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick. So the cut still makes progress if
+  // the contact has used up most of `most_effort`.
   static constexpr Effort least_effort = 2000;
-  // The same limit before force laws 14. In force laws 11, it limits the effort of a cut alone, and
-  // `more_effort_before` replaces it if vertices stayed inside the head in the previous cut.
-  static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
   // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
   static constexpr Effort most_listed = 15000;
-  // Largest computing effort of a cut in one tick, for force laws 9 and 10. Unit: effort of testing the vertices of one
-  // face.
-  static constexpr std::size_t most_faces = 2000;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
@@ -106,19 +99,6 @@ class VertexModel final : public ContactModel {
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
-  // First versions of the force laws that divide a long cut over several ticks. Since kStages, a cut can be interrupted
-  // only between its stages. Since kFineParts, it can be interrupted anywhere.
-  static constexpr std::uint32_t kStages = 9, kFineParts = 11;
-  // First version of the force laws with these rules. If vertices stay inside the head during a cut, the head still
-  // moves on, and the next cut still waits. The force changes more slowly (`ease` instead of `ease_before`). The search
-  // for the faces near a head is divided over several ticks.
-  static constexpr std::uint32_t kMovesOn = 12;
-  // First version of the force laws with these rules. The points around a moving head are listed before they are
-  // needed, in parts. While a cut is in progress, lists are made only in parts, except after a fast head rotation.
-  static constexpr std::uint32_t kListsAhead = 13;
-  // First version of the force laws with these rules. The estimates of the computing effort agree better with the
-  // measured times (ListCosts, CutCosts), and every cut waits (FeelParameters::least_rest).
-  static constexpr std::uint32_t kLaws14 = 14;
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
@@ -161,20 +141,7 @@ class VertexModel final : public ContactModel {
   bool begin_cut(const ContactInput& in, const Contact& contact) noexcept;
   bool work_on_cut(const ContactInput& in, const Pose& proxy) noexcept;
   bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
-  bool continue_cut(Effort& left) noexcept;
   Effort effort_for_cut() const noexcept;
-  bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
-  bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
-  bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
-  bool follows_laws_14() const noexcept { return settings_.laws >= kLaws14; }
-  bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
-  /// Returns true if a cut may be interrupted only between its stages. This is the rule of the force laws 9 and 10.
-  /// Exceptions, in which a cut is not interrupted at all: the hand drags the cutting edge, or vertices stayed inside
-  /// the head in the previous cut.
-  bool divides_in_stages() const noexcept {
-    return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
-           !part_.stayed;
-  }
   KnownFaces known_faces() const noexcept {
     return {near_, list_.points.listed_at(), found_ && !near_changed_ ? list_.within : 0, list_.points.number()};
   }
@@ -235,11 +202,10 @@ class VertexModel final : public ContactModel {
   struct PartialCut {
     bool open = false;  // true from the start of the cut until cut() has returned its result
     bool scrapes = false;
-    bool stayed = false;  // true if vertices stayed inside the head in the previous cut
     std::uint32_t tool = 0;
-    Pose from, to;
+    Pose from{}, to{};
     double estimated = 0;  // m³, removed volume that was expected when the cut began
-    CutDone done;
+    CutDone done{};
     bool finished = false;  // true if the cut of the mesh is complete
     bool lists = false;     // true if the list of points after the cut has been begun
     bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
