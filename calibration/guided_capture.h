@@ -1,6 +1,5 @@
-// The guided part of the calibration: it asks the user for the next touch, receives touches, shows residuals at once,
-// and stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
-// owner of the devices calls add().
+// Asks for touches, shows residuals at once, stores every touch, so that a routine can continue. No access to devices:
+// their owner calls add().
 #pragma once
 
 #include <filesystem>
@@ -18,7 +17,7 @@ inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror,
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
-/// Events of the guided capture that a sound accompanies; see cue_sound().
+/// Sounds of cue_sound().
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
@@ -26,18 +25,17 @@ struct Prompt {
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
-  std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  // for each eye, the position on the panel of a ring around the last touch; it is drawn only if this touch does not
-  // fit the other touches
+  std::optional<dvec3> target_D;           // m, where the point should appear
+  // rings around a last touch that does not fit, per eye
   std::optional<Dots> astray;
 };
 
 /// Evaluation of a touch, available at once.
 struct Live {
   std::size_t index = 0;  // index of the touch in its step
-  double residual = 0;    // m, residual of this touch; 0 while the step has too few touches
-  double rms = 0;         // m, root mean square of all residuals of the step up to now
-  // m, predicted error at the points of the workspace; only in the step that registers the haptic base
+  double residual = 0;    // m; 0 with too few touches
+  double rms = 0;         // m, of the step so far
+  // m in the workspace, when registering
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
@@ -48,8 +46,7 @@ struct Live {
 
 class GuidedCapture {
  public:
-  /// Continues from the captures in `folder` if there are any. Throws Error if they cannot be read. `plate_pitch`: m,
-  /// distance between neighbouring points of the plate (5×5 points).
+  /// Continues from `folder`. `plate_pitch`: m, of 5×5 points. Throws Error.
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);
@@ -60,9 +57,9 @@ class GuidedCapture {
   Prompt prompt() const;
   /// Adds one touch, writes it to disk, and evaluates it.
   Live add(const Touch& touch);
-  /// Deletes the last touch of this step. Returns false if no touch exists.
+  /// Deletes the step's last touch; false: none.
   bool undo();
-  /// Solves this step from all its captures and applies the result.
+  /// From all captures of the step.
   void solve();
 
   const BenchState& bench() const { return bench_; }
@@ -76,11 +73,10 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
-  std::optional<dvec3> astray_W_;  // m, frame W, position of the last touch, if it does not fit the other touches
+  std::optional<dvec3> astray_W_;  // m, W, a last touch that does not fit
 };
 
-/// A prompt as a picture for the panel: text and marks, 8-bit grey, rows from the top. The text can be flipped
-/// horizontally or vertically, so that it is readable in a mirror; marks keep their positions.
+/// 8-bit grey, rows from the top. Text may be flipped for a mirror; marks stay.
 struct Picture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;

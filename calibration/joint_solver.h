@@ -1,7 +1,6 @@
-// Solves all captures together: one set of values for arm, panel, mirror, eyes and the user's offset must explain all
-// touches. The results of the separate steps are the initial guess. An error in one step's result also causes errors in
-// the results of later steps; the joint solution removes them. For example, eye touches alone determine an eye only to
-// millimetres; touches of points seen with both eyes improve this. Metres; any thread may call it.
+// One set of arm, panel, mirror, eyes and offset explains all touches, starting from the single steps. It removes
+// errors that steps pass on: touches seen with both eyes place an eye that alignments know only to millimetres. Metres;
+// any thread.
 #pragma once
 
 #include <string>
@@ -23,16 +22,14 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    // m, root mean square of all components of the residuals, before and after the joint solution
+    // m, rms of all residual components
     double before_rms = 0, after_rms = 0;
   };
   std::vector<Kind> kinds;
   double seconds = 0;
 };
 
-/// Solves all captures together. Throws Error in three cases: if there are no touches of the panel's marks, if one of
-/// the eyes has no captures, or if the dots were recorded for no registration touch. The pose of the haptic base stays
-/// bench.rig.X_WH, because X_WH defines W.
+/// Throws Error without touches of marks, captures of both eyes, or recorded dots. X_WH stays, because it defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -1,5 +1,4 @@
-// Writes the report page of a calibration: the result of each step, its residuals as plots, and the co-location error
-// as a map.
+// Results, residuals and the map of the co-location error.
 #pragma once
 
 #include <string>
@@ -8,10 +7,10 @@
 
 namespace typodont::calibration {
 
-/// Returns the report as a complete HTML file without external resources.
+/// Complete HTML, nothing external.
 std::string report_page(const BenchState& bench, const std::string& title);
 
-/// Returns the error map of the step `verify` as an SVG picture: three levels of the workspace; colours show the error.
+/// SVG, three levels of the workspace.
 std::string error_map_svg(const VerifyResult& result);
 
 }  // namespace typodont::calibration

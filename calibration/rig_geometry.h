@@ -1,4 +1,4 @@
-// Geometry of the picture on the bench: panel, mirror, eyes, and pose of the haptic base. Metres, frame W.
+// Panel, mirror, eyes, haptic base. Metres, W.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// The physical panel (screen) in frame W. On its picture, u points right and v up; both are 0..1.
+/// u right, v up on the picture, 0..1.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -15,7 +15,7 @@ struct Panel {
   }
 };
 
-/// The mirror's plane in frame W: the points x with n·x = offset, where n is the unit normal.
+/// n·x = offset, unit n.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
   double offset = 0;  // m, distance of the plane from the origin along n
@@ -35,7 +35,7 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Returns the apparent position of a pixel: behind the mirror, or on the panel itself if there is no mirror.
+  /// Apparent position of a pixel: behind the mirror, if any.
   dvec3 appears(double u, double v) const {
     const dvec3 p = panel.at(u, v);
     return mirror ? mirror->reflect(p) : p;
@@ -46,23 +46,22 @@ struct PanelPoint {
   double u = 0, v = 0;
 };
 
-/// The two positions on the panel, one for each eye, that together show one point.
+/// One position per eye.
 struct Dots {
   PanelPoint left, right;
 };
 
-/// Returns the position on the panel at which a pixel must be lit, so that one eye sees a point at p_W.
+/// The pixel through which an eye sees p_W.
 PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
 
 inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// Returns the midpoint of the shortest connection between two lines of sight.
+/// Midpoint of the shortest connection of two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Returns the position at which a user sees a point that a program draws at p_W. The program computes the picture with
-/// the geometry `believed`; the true geometry of eyes and bench is `truth`.
+/// Where a user sees a point drawn at p_W with `believed`, on the true bench.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

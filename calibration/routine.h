@@ -1,5 +1,4 @@
-// The complete calibration routine: from raw captures to a calibrated bench. Every step can be solved again from its
-// captures. README.md of this folder has an overview and defines the terms.
+// From captures to a calibrated bench; every step can be solved again (README.md).
 #pragma once
 
 #include <filesystem>
@@ -17,8 +16,7 @@
 
 namespace typodont::calibration {
 
-/// One touch: the position of the stylus tip that the arm reported (frame H, m), and the arm's encoder readings if
-/// available. From the readings, the tip's position can be computed again after the arm's geometry was calibrated.
+/// Tip (H, m) and, for later arm calibration, the encoder readings.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -37,15 +35,13 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  // The two dots, one for each eye, that showed the point on the panel. From the dots, the position at which the user
-  // saw the point can be computed again after the positions of the user's eyes were calibrated.
+  // Dots that showed the point, for later eye calibration.
   std::optional<Dots> dots;
-  /// Returns the position (frame D, m) at which the user saw the point, for the panel and the eyes of `rig`. Without
-  /// dots, returns shown_D.
+  /// Where the user saw it (D, m) with `rig`; shown_D without dots.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
-/// Raw captures (recorded touches) of each step; an empty step was skipped.
+/// An empty step was skipped.
 struct Captures {
   std::vector<ArmCapture> arm;
   std::vector<MarkCapture> marks;
@@ -56,12 +52,11 @@ struct Captures {
   Stream delay_a, delay_b;
 };
 
-/// Writes one CSV file per step to a folder (arm.csv, marks.csv, mirror.csv, eyes.csv, register.csv, verify.csv,
-/// drift.csv, delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
+/// One CSV file per step with captures: arm, marks, mirror, eyes, register, verify, drift, delay_a, delay_b. Throws
+/// Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each of the functions read_arm_captures() to read_pair_captures() reads the captures of one calibration step from its
-// file.
+// read_…_captures() read one step.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -70,33 +65,30 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file);
 
 struct JointResult;
 
-/// The present estimate of a bench, and the result of each calibration step.
+/// Present estimate, and each step's result.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // geometry in frame W, which equals frame D of the display
+  RigGeometry rig;  // W equals D
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult>
-      joint;  // result of solving all captures together; null if there were not enough captures to compute it
+  std::shared_ptr<const JointResult> joint;  // null: not enough captures
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each function with a name solve_…_step() solves one calibration step. If the captures determine the result, the bench
-// uses this result from then on. Otherwise the bench keeps its old values. Throws Error.
+// solve_…_step(): the bench takes a determined result, else keeps its values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-/// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,
-/// too, from the touches of the step `register` or `verify`.
+/// `user_offset`: also from the touches of `register` or `verify`.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// Returns the eyes as determined only by the alignments (stylus tip in front of a dot).
+/// From the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
-/// Solves all captures jointly if they are sufficient (joint_solver.h), then does the rigid registration.
+/// Joint solution if possible (joint_solver.h), then the registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);
 void solve_verify_step(BenchState& bench, const Captures& captures);

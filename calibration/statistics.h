@@ -1,4 +1,4 @@
-// Probability distributions for calibration: quantiles for significance tests, and seeded normal noise.
+// Quantiles, and seeded normal noise.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace typodont::calibration {
 
-/// Returns the probability P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
+/// P(X <= x).
 double chi_squared_cdf(double x, double dof);
-/// Returns the value x for which P(X <= x) = p, for a chi-squared variable.
+/// x with P(X <= x) = p.
 double chi_squared_quantile(double p, double dof);
-/// Returns the value x for which P(X <= x) = p, for Fisher's F with (d1, d2) degrees of freedom.
+/// The same for F(d1, d2).
 double f_quantile(double p, double d1, double d2);
 
 /// Seeded random numbers, which are the same in every run.

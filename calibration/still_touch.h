@@ -1,6 +1,4 @@
-// Extracts touches from the samples of a hand. A touch is the mean over a tenth of a second before the pedal is
-// pressed, if the tip was at rest during this time. The time before the press is used because pressing the pedal shakes
-// the hand.
+// A touch: the mean of the tenth of a second before the pedal, if the tip was at rest; pressing shakes the hand.
 #pragma once
 
 #include <array>
@@ -15,16 +13,15 @@ namespace typodont::calibration {
 class StillTouch {
  public:
   struct Limits {
-    double window = 0.1;     // s, time over which the samples of a touch are averaged
-    double radius = 0.3e-3;  // m, largest distance of a sample from the mean at which the tip counts as at rest
+    double window = 0.1;     // s
+    double radius = 0.3e-3;  // m from the mean
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample. `asked`: true if a key was pressed. If the pedal has just been pressed, or if `asked` is true,
-  /// returns the verdict on the touch; otherwise returns kNone. If the pedal is already pressed at the first sample, it
-  /// must be released first. `joints` (rad, all six or none) are averaged like the positions. Never allocates.
+  /// `asked`: a key was pressed. Verdict on a press, else kNone; a pedal pressed at first must be released. `joints`
+  /// (rad, six or none) are averaged. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   // returns the mean position (m) of the tip at the last touch with the verdict kTaken or kMoved

@@ -1,5 +1,4 @@
-// Finds chessboards in pictures. This is the only file that includes OpenCV. The library stb reads the pictures,
-// because OpenCV's readers would load a hundred libraries at every start of the program.
+// The only file with OpenCV. stb reads pictures: OpenCV's readers load a hundred libraries.
 #include <stb/stb_image.h>
 
 #include <map>
@@ -21,14 +20,13 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
   if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
   cv::Mat grey(height, width, CV_8U, bytes.get());
-  // A mirror reverses the order of the corners. Flipping the picture horizontally restores the usual order.
+  // A mirror reverses the corners.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return {};
-  // The first cell inside the corners must be dark. If it is not, the board was found rotated by 180°, so the order
-  // is reversed.
+  // A light first inner cell: found turned by 180°.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
     const cv::Point2f middle = 0.25f * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1));

@@ -33,8 +33,7 @@ struct Row {
   dvec3 point(const char* x, const char* y, const char* z) const {
     return dvec3((*this)[x], (*this)[y], (*this)[z]) * kMillimetre;
   }
-  /// Returns true if this row has a value in all of `columns`, false if it has a value in none of them. Throws Error if
-  /// it has a value only in some of them.
+  /// True: all `columns` have values; false: none. Throws Error for some.
   bool has(const std::vector<std::string>& columns) const {
     std::size_t present = 0;
     for (const auto& column : columns) present += std::isfinite((*this)[column]);

@@ -12,12 +12,12 @@ namespace typodont::calibration {
 
 namespace {
 
-// In the arm step, the user touches four sockets, then a plate of 5×5 points at two positions.
+// Four sockets, then a plate of 5×5 points at two places.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;
 
-// The nine marks of the panel (points that the user touches), corners first.
+// Nine marks of the panel, corners first.
 constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
                                   {0.97, 0.5},  {0.5, 0.97},  {0.03, 0.5},  {0.5, 0.5}};
 
@@ -110,9 +110,7 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // If the last touch does not fit the others, its position is marked. In the step in which the user touches the
-    // panel itself, both eyes get the same mark on the panel. In the other steps, each eye gets its own dot, so that
-    // the user sees the mark at the position of the touch.
+    // Marks a last touch that does not fit: one mark on the panel in its step, else a dot per eye at the touch.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -142,7 +140,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
       break;
     case Step::kEyes: {
-      // The targets are shown to the two eyes alternately, at different depths and positions.
+      // Eyes alternate, at different depths and places.
       const Box& box = bench_.workspace_D;
       const dvec3 wider = 0.15 * (box.high - box.low);
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
@@ -247,8 +245,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  // Saves only the captures of this step. The files of the other steps are up to date, because their captures have not
-  // changed.
+  // Other steps' files are up to date.
   Captures changed;
   switch (step_) {
     case Step::kArm:
@@ -302,8 +299,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // The drift step computes no result. It only stores the touches of the panel's marks, which a later session
-      // compares with its own touches.
+      // Only stores touches, for later sessions to compare.
       break;
   }
 }
@@ -384,9 +380,7 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Hz, frequencies of the two tones of each event, in the order of Cue. The tones rise for a touch
-  // that was recorded and fall for an undone touch. A touch that does not fit the others has two low
-  // tones.
+  // Hz, two tones per Cue: rising for recorded, falling for undone, low for one that does not fit.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

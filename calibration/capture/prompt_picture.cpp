@@ -9,8 +9,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Capital letters, digits and signs in 5×7 pixels: one string per glyph, with seven rows of five bits (hexadecimal, two
-// digits per row).
+// 5×7 pixels: seven rows of five bits, two hexadecimal digits each.
 struct Glyph {
   char character;
   unsigned char rows[7];
@@ -69,8 +68,7 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     picture.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = grey;
   };
-  // Draws the text in lines of whole words, centred near the top. Only the text is mirrored; marks keep their
-  // positions.
+  // Lines of whole words near the top; only text is mirrored.
   const int scale = std::max(1, width / 420), line_cells = std::max(8, width / (6 * scale) - 4);
   std::vector<std::string> lines(1);
   std::string_view rest = prompt.text;

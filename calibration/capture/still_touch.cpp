@@ -5,10 +5,9 @@
 namespace typodont::calibration {
 
 namespace {
-constexpr std::size_t kSamples = 4096;  // number of samples that the ring buffer holds: a tenth of a second at 40 kHz
+constexpr std::size_t kSamples = 4096;  // a tenth of a second at 40 kHz
 constexpr std::size_t kFewest = 4;
-// pedal positions 0..1: above kDown the pedal counts as pressed, below kUp as released; between them, its state does
-// not change
+// hysteresis of the pedal
 constexpr double kDown = 0.5, kUp = 0.3;
 }  // namespace
 
@@ -16,7 +15,7 @@ StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSample
 
 StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked,
                                     std::span<const double> joints) noexcept {
-  // If the time does not increase, this sample cannot be compared with the earlier samples, so they are discarded.
+  // Time must increase.
   if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;
   if (is_finite(p)) {
     Sample& sample = samples_[next_];
@@ -36,9 +35,9 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   const Nanos begin = back(0).t - from_seconds(limits_.window);
   std::size_t used = 0;
   while (used < count_ && back(used).t >= begin) ++used;
-  // The averaging window is complete if the buffer contains a sample from the window's beginning or from before it.
+  // Complete once a sample lies at or before the window's beginning.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Computes the mean from the differences to one of the samples. So the mean of equal samples has no rounding error.
+  // Differences to one sample: equal samples have an exact mean.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

@@ -22,7 +22,7 @@ namespace {
 constexpr double kSigma = 2e-4;  // m, standard deviation of the simulated noise
 constexpr double kNone = BenchRow::kNone;
 
-/// Makes one row. `touches` counts pairs, samples, captures or corners; `time_us` is the time of one solution.
+/// `touches`: pairs, samples, captures or corners; `time_us`: one solution.
 BenchRow row(const std::string& task, const std::string& method, int touches, double error, const char* unit,
              double time_us) {
   return {.name = task + ", " + method,
@@ -35,9 +35,7 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// Compares the rows from index `first` on with the last row, their baseline. Each row gets the ratio of its own time
-/// to the time of the last row. `method`: name of the last row's method. All these rows must have the same task and
-/// size.
+/// Time ratios of rows from `first` to the last one, their baseline (`method`).
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
   for (std::size_t i = first; i + 1 < rows.size(); ++i) {
@@ -48,8 +46,7 @@ void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) 
 double microseconds(const std::function<void()>& work, int repeats) {
   std::vector<double> times;
   for (int batch = 0; batch < 7; ++batch) {
-    // Measures the processor time of all threads of this program. Other programs on the machine do not change this
-    // time.
+    // CPU time of all threads.
     const std::clock_t start = std::clock();
     for (int i = 0; i < repeats; ++i) work();
     times.push_back(1e6 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / repeats);
@@ -79,7 +76,7 @@ struct Pairs {
   }
 };
 
-// Returns the mean squared distance (m²) between found and true positions of the corners of an 80 mm cube.
+// Mean squared error (m²) at the corners of an 80 mm cube.
 double corner_error2(const std::function<dvec3(const dvec3&)>& found, const Pose& truth) {
   double sum = 0;
   for (int c = 0; c < 8; ++c) {
@@ -119,7 +116,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      // our solver also gets the noise as an input, because OpenCV's solver gets the noise as its threshold
+      // OpenCV gets it as its threshold, too
       known.known_sigma = kSigma;
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {
@@ -151,8 +148,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
   }
 }
 
-// The standard method, for comparison: cross-correlation of the sampled streams along their main axis. A parabola
-// through the peak gives the delay.
+// Standard method: cross-correlation along the main axis, parabola through the peak.
 double correlation_delay(const Stream& a, const Stream& b, double step) {
   const auto n = static_cast<int>(std::min(a.t.size(), b.t.size()));
   const auto at = [](const Stream& s, int i) { return s.p[static_cast<std::size_t>(i)]; };
@@ -240,7 +236,7 @@ void camera_rows(std::vector<BenchRow>& rows, bool quick) {
   for (const int pictures : {6, 12}) {
     if (quick && pictures > 6) break;
     const int runs = quick ? 2 : 8;
-    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the solver for comparison
+    double ours = 0, theirs = 0;  // sums of squared errors
     std::vector<double> our_time, their_time;
     int corners = 0;
     for (int run = 0; run < runs; ++run) {

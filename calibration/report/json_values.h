@@ -1,4 +1,4 @@
-// Writes poses and vectors as JSON; only for the .cpp files of this module.
+// Poses and vectors as JSON, for this module's .cpp files.
 #pragma once
 
 #include <cmath>

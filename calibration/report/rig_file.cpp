@@ -175,14 +175,14 @@ RigFile::RigFile(RigFile&&) noexcept = default;
 RigFile::~RigFile() = default;
 
 RigFile RigFile::load(const std::filesystem::path& file) {
-  // Throws an error with the exact position of the fault if the JSON is invalid.
+  // Names the position of a fault.
   const Json checked = Json::load(file);
   if (!checked.is_object()) checked.fail("a rig: an object");
   auto document = std::make_unique<Document>();
   document->file = file;
   document->root = Value::parse(checked.text());
   RigFile rig(std::move(document));
-  rig.bench();  // If the file contains bad values, this call reports them now and not after an hour of touching points.
+  rig.bench();  // now, not after an hour of touches
   return rig;
 }
 

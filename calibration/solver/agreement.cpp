@@ -25,31 +25,26 @@ double extent(Points points) {
   return std::max({size.x, size.y, size.z});
 }
 
-// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). A set of k agreeing
-// pairs of n has the number of false alarms NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3): the expected number of equally
-// good sets by chance. C is the binomial coefficient; α_k is the probability that a wrong pair, whose point lies at
-// random, has a residual of at most the k-th smallest residual.
+// A contrario RANSAC (Moisan & Stival 2004): NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3), the expected number of equally
+// good sets of k by chance. α_k: probability that a random pair has at most the k-th residual.
 class Consensus {
  public:
-  /// The points of wrong pairs are assumed to lie at random. `sigma`: m, standard deviation of their normal
-  /// distribution; 0: they are assumed to be distributed evenly in the cube around all points. If coordinates are
-  /// rounded, some residuals are exactly 0 by chance. So if sigma is not 0, all residuals below a thirtieth of sigma
-  /// count as equally good.
+  /// `sigma`: m, normal distribution of wrong points; 0: uniform in the cube of all. Residuals below sigma/30 count as
+  /// equal, for rounded coordinates.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs are assumed to lie. If sigma is given, the volume is 1 /
-        // (largest probability density of the normal distribution of the wrong pairs).
+        // Log of the volume of wrong pairs; with sigma, 1 / largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of the histogram's bin b. Each octave is divided into four bins of equal width.
+      // Upper edge of bin b, four per octave.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -61,15 +56,11 @@ class Consensus {
     }
   }
 
-  /// Finds the pairs that agree most closely, in three steps. First finds the largest set of agreeing pairs, which can
-  /// contain slightly wrong pairs. Then looks in this set for a core, whose pairs agree far more closely than the pairs
-  /// of one normal distribution would by chance. If there is a core, continues with the core. Finally, least trimmed
-  /// squares searches for a set of more than half of all pairs with a still smaller noise; if there is one, it is the
-  /// result. This last step succeeds if fewer than half of the pairs are wrong.
+  /// Largest agreeing set; in it a core that agrees far better than a normal distribution; then least trimmed squares,
+  /// which finds more than half with still less noise.
   Agreement find() const {
     Agreement best = find_core();
-    // If the residuals are smaller than 1e-9 of the coordinates, they are rounding errors. Rounding errors are not
-    // normally distributed, so the following test for wrong pairs does not apply, and no pair counts as wrong.
+    // Below 1e-9 of the coordinates: rounding, not normal; nothing counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -97,15 +88,11 @@ class Consensus {
     return best;
   }
 
-  /// Finds the pairs that agree, in three stages.
-  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best. It
-  /// starts from the best triples of pairs. It fits a motion, keeps the half of all pairs with the smallest residuals,
-  /// and repeats this.
-  /// 2. A forward search (Atkinson & Riani 2000) adds the pair with the smallest residual, again and again. It stops
-  /// when the next residual is too large for the noise of the pairs in the set. At first, this noise is underestimated,
-  /// because the set contains only the smallest residuals. The search still continues: in the central part of a normal
-  /// distribution, the largest residual is at most 2.3 standard deviations of this part.
-  /// 3. All pairs whose residuals are within the noise of the final set are taken.
+  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) from the best triples: fit, keep the better half, repeat.
+  /// 2. Forward search (Atkinson & Riani 2000): add the smallest residual until it exceeds the set's noise, which is
+  /// low
+  /// at first; the central part of a normal distribution reaches 2.3 of its own standard deviations.
+  /// 3. All pairs within the final noise.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
     if (half < 4) return {};
@@ -132,20 +119,18 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // probability that the forward search (stage 2) stops too early among good pairs; stage 3 corrects such a stop
+    // of stopping stage 2 too early; stage 3 repairs it
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // indices of the `next` pairs with the smallest residuals; of these, order[next - 1] has the largest residual
+      // nearest `next` pairs, the farthest last
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The search ends if the largest residual exceeds the F quantile. Computing this quantile takes long. It is never
-      // below the chi-squared quantile, so the residual is first compared with the chi-squared quantile, and the F
-      // quantile is computed only if the residual is larger.
+      // The F quantile is slow and never below chi-squared's, so that is compared first.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -193,7 +178,7 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    // smaller is better; logarithm of the number of false alarms (NFA), or median of the squared residuals in m²
+    // smaller is better: log NFA, or median of squares in m²
     double score;
     std::size_t count;
   };
@@ -208,9 +193,7 @@ class Consensus {
       }
       return;
     }
-    // If 30 % of the pairs are good, one triple in 37 consists of good pairs. The probability that 1500 triples contain
-    // no such triple is 1e-18. Once many pairs agree, fewer triples suffice: the probability of missing a good triple
-    // must only be below 1e-9.
+    // With 30 % good, one triple in 37 is good: 1500 miss with 1e-18. Fewer suffice (1e-9) once many agree.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -236,8 +219,7 @@ class Consensus {
     return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  // Bin of a histogram with four bins per octave, computed from the bits of the number. Sorting the numbers instead
-  // would take most of the time.
+  // Four bins per octave from the bits: sorting would dominate.
   static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
 
   std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
@@ -286,10 +268,8 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Fits again and adds all pairs whose residual is below a threshold, until nothing changes. The threshold is the rms
-  // of the set's residuals times √quantile. A set that is too small at first still grows: if it contains all residuals
-  // up to a length R, their rms is at least R/√5 (for normally distributed residuals, and R up to 3.8 standard
-  // deviations per axis). So if the quantile exceeds 5, the threshold exceeds R, and the next set is larger.
+  // Refit and add residuals below rms × √quantile, until stable. A quantile above 5 lets small sets grow: residuals up
+  // to R have an rms of at least R/√5 (up to 3.8 σ).
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -311,7 +291,7 @@ class Consensus {
     return fit;
   }
 
-  // A residual of at most (this factor × rounding error of the coordinates) counts as a rounding error.
+  // residual / rounding error of coordinates: still rounding
   static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
@@ -327,10 +307,8 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
-// Consensus for a known noise level. A pair agrees with a motion if its residual is below a fixed limit. The motion
-// with which most pairs agree is the result. The motions come from random triples of pairs whose points form equal
-// triangles in both frames. Each motion is fitted again to the pairs that agree with it, before these are counted
-// (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is below 1e-9.
+// Known noise: most pairs within a limit win. Triples with equal triangles give motions, refitted before counting
+// (Chum, Matas & Kittler 2003), until a miss is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -339,18 +317,16 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
-    // 95 % quantile of chi-squared (Wilson & Hilferty 1931), accurate to one percent.
+    // 95 % quantile of chi-squared (Wilson & Hilferty 1931), within 1 %.
     const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
     expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// Finds the largest set of agreeing pairs. `all`: fit to all pairs. The search may miss sets of fewer than `least`
-  /// pairs.
+  /// `all`: fit to all. May miss sets below `least`.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // Largest number of random triples that are tried. With 3000 triples, the probability of missing four good pairs
-    // among sixteen is 1e-9. With few pairs, 4 n_³ random triples include practically every triple.
+    // 3000 triples miss four of sixteen with 1e-9; 4 n_³ include practically all.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -364,7 +340,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // If all three pairs already agree with the best motion, this triple would give the same motion again.
+      // All three already agree: the same motion again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -375,8 +351,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Computes the number of false alarms (NFA): the expected number of equally good sets of pairs by chance, as in the
-    // class Consensus.
+    // NFA as in Consensus.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
@@ -387,7 +362,7 @@ class KnownNoise {
   }
 
  private:
-  // Random numbers by SplitMix64, because seeding a standard generator takes longer than this whole computation.
+  // SplitMix64: seeding a standard generator would take longer than all this.
   std::size_t random_index(std::uint64_t& state) const {
     std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -399,9 +374,7 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Returns the sum of the squared residuals, m². If a pair does not agree, its residual counts as the largest
-  /// residual of an agreeing pair (Torr & Zisserman 2000). If only the number of agreeing pairs counted, wrong pairs
-  /// near their true positions could shift the motion.
+  /// Σ residual², m²; others count as the limit (Torr & Zisserman 2000), or near misses could shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -410,8 +383,7 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Fits again to all agreeing pairs until nothing changes. Stops at once if fewer than `least` pairs agree with the
-  // first fit.
+  // Refit to agreeing pairs until stable; stops below `least`.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);
@@ -434,7 +406,7 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
-  // m², the sum of squared residuals of good pairs is at most this value with a probability of 95 %
+  // m², 95 % bound of good pairs' sum
   double expected_ = 0;
 };
 

@@ -30,7 +30,7 @@ dquat about(const dvec3& axis, double angle) {
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
-  // Index of the group's first unknown: 3 unknowns for a socket, 6 for the pose of a plate.
+  // First unknown: 3 for a socket, 6 for a plate.
   std::size_t first_parameter = 0;
 };
 
@@ -67,7 +67,7 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
 
 namespace {
 
-/// True angles of the joints (rad), and the rotation axes of the joints D, E and F in frame H of the haptic base.
+/// True angles (rad), and axes of D, E, F in H.
 struct Joints {
   std::array<double, 6> q;
   dvec3 tilt_axis, axis[3];
@@ -75,7 +75,7 @@ struct Joints {
 
   Joints(const ArmGeometry& g, const ArmReading& reading) {
     for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
-    // Rotation of the stylus, computed from the joint angles A to F: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+    // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
     const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     const dquat turn = about(z, q[0]);
     tilt_axis = turn * y;
@@ -87,9 +87,7 @@ struct Joints {
 };
 
 dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
-  // Kinematics of WoodenHaptics: the wrist's centre is at x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC
-  // - oz, with r = Lb sinB + Lc sinC. A, B, C: joint angles; La, Lb, Lc: lengths of base, upper arm and forearm; o:
-  // origin of frame H (haptic base).
+  // WoodenHaptics: x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz, r = Lb sinB + Lc sinC.
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
   return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
          g.origin;
@@ -138,7 +136,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // The positions of the sockets and the poses of the plates are unknowns, too.
+  // Sockets and plates are unknowns, too.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -199,15 +197,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton iteration for the arm's parameters alone. For each candidate arm, the best poses of sockets and plates
-  // are computed (variable projection). So the part of the Jacobian J that a change of these poses can compensate is
-  // subtracted: J is projected onto the orthogonal complement of the columns of N, the derivatives with respect to
-  // these poses. A prior keeps undetermined parameters at their nominal values: its mean is the nominal geometry, and
-  // its standard deviations are the plausible errors.
+  // Gauss–Newton of the arm alone, with the best sockets and plates for each candidate (variable projection): J is
+  // projected onto the complement of N, their derivatives. A prior (nominal, plausible errors) holds undetermined
+  // parameters.
   MatrixXd open_axes;
   // covariance of the parameters, each divided by its scale
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
-  double sigma = 2e-4;  // m, noise; after the first pass an estimate from the residuals replaces this value
+  double sigma = 2e-4;  // m; later estimated
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);
     std::size_t rows = 0;
@@ -232,7 +228,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
         Eigen::Matrix3d lever;
         lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-        // derivative with respect to the plate's rotation, per 0.1 rad, so that all columns have similar magnitudes
+        // per 0.1 rad, for columns of similar size
         N.block(row, first + 3, 3, 3) = -lever * 10;
       }
       row += 3;
@@ -241,8 +237,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // A direction is a combination of parameters. It is determined by the captures if its standard deviation is below a
-    // third of its plausible error.
+    // Determined: σ below a third of the plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
@@ -263,13 +258,12 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The estimated noise has a lower limit. Without this limit, rounding errors of exact data would seem to determine
-    // some combinations of parameters.
+    // Otherwise rounding of exact data would determine parameters.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // The iteration has converged. Now outliers are excluded, and the iteration continues from here.
+      // Converged: exclude outliers and continue.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
@@ -299,14 +293,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm is of another type, or
-  // the plate has other dimensions.
+  // A hand is still within a millimetre: more means another arm or plate.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Describes the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
+  // Reduced echelon form: few parameters per direction.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

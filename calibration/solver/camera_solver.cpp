@@ -19,9 +19,9 @@ namespace typodont::calibration {
 
 namespace {
 
-// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3); camera (pose from frame W to camera frame K: angle-axis, then
-// translation); panel (angle-axis, middle, width, height); mirror (unit normal); the mirror's offset; touched points.
-// The derivatives are analytic, because automatic derivatives with 23 variables took ten times as long.
+// Blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (W to K: angle-axis, translation), panel (angle-axis, middle,
+// width, height), mirror (normal), its offset, touched points. Analytic derivatives: automatic ones took ten times as
+// long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -44,7 +44,7 @@ struct Turn {
   explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
     ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // R is column-major, as in Eigen
   }
-  /// Returns the derivative d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
+  /// d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
   Matrix3d derivative(const Vector3d& p) const {
     const double w2 = w_.squaredNorm();
     if (w2 < 1e-16) return -cross_matrix(p);
@@ -56,8 +56,7 @@ struct Turn {
   Vector3d w_;
 };
 
-// Projects a point p_W (m, frame W) into the picture. On request, also computes the derivatives with respect to lens,
-// camera and point.
+// Projection of p_W, with derivatives on request.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -102,9 +101,7 @@ struct PanelSpot {
   }
 };
 
-// Common part of the cost functions of all sightings (corners in pictures). Their first two parameter blocks are lens
-// and camera. Their residuals (pixels) are multiplied by `weight`, the reciprocal of the standard deviation
-// of a corner's position.
+// Lens and camera come first; residuals in pixels × `weight` (1/σ).
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -181,9 +178,9 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
   double weight_;
 };
 
-using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in the picture (pixels)
+using Planar = std::vector<std::array<double, 4>>;  // m and pixels
 
-// Computes a homography by the direct linear transform. The coordinates in both planes are normalised first.
+// Direct linear transform, normalised.
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
@@ -206,13 +203,13 @@ Eigen::Matrix3d homography(const Planar& points) {
   return to * H * from;
 }
 
-// Returns the pose of the plane relative to the camera, computed from the plane's homography (Zhang 2000, section 3.1).
+// Plane relative to the camera (Zhang 2000, section 3.1).
 Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   Eigen::Matrix3d K;
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
   Eigen::Matrix3d B = K.inverse() * H;
   double scale = 2 / (B.col(0).norm() + B.col(1).norm());
-  if (B(2, 2) < 0) scale = -scale;  // of the two solutions, takes the one in front of the camera
+  if (B(2, 2) < 0) scale = -scale;  // the solution in front of the camera
   B *= scale;
   Eigen::Matrix3d R;
   R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));
@@ -235,8 +232,7 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Computes the covariance of the last `wanted` unknowns of `order` (in tangent coordinates for manifolds). Returns
-// false if the residuals do not determine all unknowns.
+// Of the last `wanted` unknowns of `order`; false: not all determined.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -302,8 +298,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Fits a plane to the touched points. If all points lie near this plane, the initial poses of the camera are computed
-  // from it.
+  // Cameras start from the plane of touched points, if they are flat.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -327,7 +322,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  // pose in frame W of the board on which the touched points lie
+  // board of the touched points
   const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};
   const Pose X_BW = inverse(X_WB);
 
@@ -343,9 +338,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // Computes the focal length f from all homographies. h1 and h2 are the first two columns of a homography. If the
-  // principal point is in the middle and pixels are square, the equations h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω =
-  // diag(1/f², 1/f², 1) are linear in 1/f².
+  // h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2, ω = diag(1/f², 1/f², 1): linear in 1/f² (centred, square pixels).
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;
   for (const auto& [id, seen] : pictures) {
@@ -364,8 +357,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
   if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
 
-  // Finds initial poses in this order: cameras from the touched board, the panel from these cameras, the remaining
-  // cameras from the panel.
+  // Cameras from the touched board, panel from them, other cameras from the panel.
   std::map<int, Pose> X_KW;
   std::optional<Pose> X_WP;
   for (const auto& [id, seen] : pictures) {
@@ -389,8 +381,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // The panel and its reflection are both planes in front of the camera. The mirror lies half-way between a corner
-    // and the reflection of this corner.
+    // The mirror is half-way between a corner and its reflection.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -437,21 +428,19 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.max_num_iterations = 200;
   solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
-  // Higher distortion terms are estimated last, because far from the solution they would fit other errors.
+  // Far from the solution they would fit other errors.
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The length of the first steps is not limited, because the initial guess is accurate enough. With a smaller trust
-  // region, twice as many iterations were needed.
+  // The guess is good; a smaller region doubled the iterations.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-8;  // the iteration ends if the relative change of chi-squared is below this
+  solver.function_tolerance = 1e-8;  // relative change of chi-squared
   ceres::Solve(solver, &problem, &summary);
 
-  // The unknowns whose uncertainty is requested come last in the normal equations. So only the last block of the
-  // Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the solution.)
+  // Wanted unknowns last: only the last Cholesky block is needed (Ceres' covariance took as long as the solution).
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());
@@ -477,7 +466,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
   result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
   if (mirror) {
-    // The two tangent directions of the mirror's normal, as vectors in space.
+    // Tangents of the normal.
     RowMajor<3, 2> tangent;
     ceres::SphereManifold<3>().PlusJacobian(normal, tangent.data());
     const Matrix3d N = tangent * C.block<2, 2>(17, 17) * tangent.transpose();
@@ -555,7 +544,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       height,
       std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
       {}};
-  // A cell of the chessboard has a whole number of pixels; the white border is one cell wide.
+  // Whole pixels; a white border of one cell.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
   if (cell < 4)
     throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
@@ -563,7 +552,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1) of the chessboard, which lies between the first four inner corners, is dark.
+      // Cell (1, 1) is dark.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

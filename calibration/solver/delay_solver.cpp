@@ -1,7 +1,6 @@
-// The sparser stream is interpolated at the times of the denser stream. Interpolated positions have the least noise
-// halfway between two samples, so least squares would bias the delay towards such times. To avoid this bias, the solver
-// uses an instrumental variable that does not contain this noise: the slope of the denser stream at a sample, computed
-// without the sample itself. The variance of the estimate reaches the bound σ² / Σ ṡ² (σ: noise, ṡ: slope).
+// The sparser stream is interpolated at the denser one's times. Interpolation is least noisy between samples, which
+// biases least squares. An instrument avoids it: the denser stream's slope, without the sample itself. Variance reaches
+// σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -35,14 +34,14 @@ double median(std::vector<double> values) {
 
 constexpr std::size_t kThrough = 6;  // number of samples through which an interpolating polynomial goes
 
-// A stream without the samples of a frozen sensor. At each gap with missing samples, a new segment begins.
+// Without frozen samples; a gap begins a segment.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // for each sample: indices of the begin and the end of its segment
+  std::vector<std::size_t> begin, end;  // its segment's begin and end, per sample
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
-  // for each sample: the denominators of the Lagrange polynomial through this sample and the next five
+  // Lagrange denominators of a sample and the next five
   std::vector<std::array<double, kThrough>> denominators;
 };
 
@@ -59,8 +58,7 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // A frozen sensor repeats all bits of a value, so repeated values are removed. If most values are repeated, the cause
-  // is a coarse encoder, and they are kept.
+  // Repeated bits are a frozen sensor, or a coarse encoder if most repeat.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -102,10 +100,10 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of the interpolated position p to the variance of one sample
+  double noise_gain = 1;  // variance of p / of a sample
 };
 
-// Interpolates by the Lagrange polynomial through the six samples around the time u. Returns no value across a gap.
+// Lagrange through six samples around u; none across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -120,7 +118,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const double* t = &track.t[first];
   double gap[kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) gap[j] = (u - t[j]) / track.step;
-  // [j][k]: the product of all gaps without the gaps j and k
+  // [j][k]: all gaps but j and k
   double without[kThrough][kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
@@ -148,8 +146,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// Computes the slope of the stream at sample k from the samples k ± 1 … k ± m, without sample k itself. Returns no
-// value across a gap.
+// From k ± 1 … k ± m, without k; none across a gap.
 std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return {};
   double mean_t = 0;
@@ -170,8 +167,7 @@ std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) 
   return v / tt;
 }
 
-// Estimates the sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise
-// have the variance 70 σ².
+// Per axis: fourth differences of white noise have 70 σ², of smooth motion 0.
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -179,12 +175,12 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  // The squared magnitude is 70 σ² times a chi-squared variable with 3 degrees of freedom, whose median is 2.366.
+  // 70 σ² × chi-squared of 3 degrees, median 2.366.
   return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 
 struct Shift {
-  double u = 0;     // s, shift of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s: query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
@@ -198,8 +194,7 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Shifts the sparse stream by `u`, and aligns it with the other stream by the best translation (with `rotate`, by
-  /// the best rigid motion). Returns the mean squared difference of the two streams over the first `horizon` seconds.
+  /// Mean squared difference over `horizon` s after a shift and the best translation (with `rotate`: rigid motion).
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -216,8 +211,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // The mean squared difference is limited to 1.5 times a robust estimate, because glitches make the mean too large.
-    // The robust estimate is the median, converted to the mean of a three-dimensional normal distribution.
+    // Glitches: at most 1.5 times the mean that the median implies.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -230,7 +224,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // pose of the sparse stream's frame in the frame of the denser stream (the query stream)
+    Pose X;  // sparse stream in the query's frame
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
@@ -238,13 +232,13 @@ class Matcher {
     bool determined = false;
   };
 
-  /// Computes the instrumental-variable estimate from an initial value near the minimum.
+  /// From a start near the minimum.
   Solution solve(Shift shift, bool rotate, bool skew, double horizon) const {
     const double stop = start_ + horizon, middle = 0.5 * (start_ + std::min(end_, stop));
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Chooses the number m of samples for the slope: a large m reduces noise, a small m preserves fast motion.
+    // Large m: less noise; small m: fast motion.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
@@ -280,8 +274,7 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // Derivatives of the model X s(t - u - rate dt), where X is a pose, s the sparse stream and v its velocity:
-          // -v for the shift u, -v dt for the rate, 1 for the translation p, and θ × (at - centre) for a rotation θ.
+          // Of X s(t - u - rate dt): -v, -v dt, 1, and θ × (at - centre).
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -300,8 +293,7 @@ class Matcher {
         if (used < 12) break;
         const auto n = static_cast<Eigen::Index>(columns);
         const Eigen::MatrixXd A = ZG.topLeftCorner(n, n);
-        // Scales the columns before the rank is determined, because seconds, metres and radians differ by orders of
-        // magnitude.
+        // Seconds, metres and radians differ by orders of magnitude.
         Eigen::VectorXd scale(n);
         for (Eigen::Index i = 0; i < n; ++i) scale[i] = ZZ(i, i) > 0 ? 1 / std::sqrt(ZZ(i, i)) : 1;
         const Eigen::FullPivLU<Eigen::MatrixXd> lu(scale.asDiagonal() * A);
@@ -329,7 +321,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Excludes samples with residuals above 7σ (glitches), where σ is estimated from the median.
+        // Glitches: above 7 σ of the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -362,7 +354,7 @@ class Matcher {
   mutable std::vector<dvec3> scratch_a_, scratch_b_;
   mutable std::vector<double> scratch_r_, residuals_;
   mutable std::vector<Row> rows_;
-  mutable std::vector<std::optional<dvec3>> slopes_;  // of the query stream at its samples, for one number of samples m
+  mutable std::vector<std::optional<dvec3>> slopes_;  // at the query's samples, per m
 };
 
 double variance_of(const Track& track) {
@@ -385,11 +377,11 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.lost_a = track_a.lost, result.lost_b = track_b.lost;
   result.frozen_a = track_a.frozen, result.frozen_b = track_b.frozen;
 
-  // The denser stream gives the query times, and the sparser stream is interpolated.
+  // The denser stream asks.
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // the delay of B is sign · u, where u is the shift of the sparser stream
+  const double sign = a_asks ? -1 : 1;  // delay of B = sign · u
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {
@@ -400,8 +392,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream contains no information about the delay if noise alone explains its variation. With more samples, a
-  // smaller variation beyond the noise can be detected.
+  // Without variation beyond noise, no information.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -417,7 +408,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     return result;
   }
 
-  // Searches all delays in the range, with and without a rotation between the frames.
+  // All delays, with and without rotation.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
   const double step = window / half;
@@ -429,7 +420,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // If the streams already agree to within their noise without a rotation, no rotation is needed.
+    // Agreement within noise needs no rotation.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
@@ -455,8 +446,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Minima up to 1.5 times the best one count as equally good, for two reasons: interpolation scales the noise variance
-  // by 0.7 to 1, and a difference between the rates of the clocks makes a minimum less deep.
+  // Up to 1.5 times the best: interpolation scales noise by 0.7 to 1, skew flattens minima.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -470,7 +460,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Noise can split one minimum into several. They count as one candidate.
+    // Noise may split a minimum.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -492,15 +482,13 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refines the result over longer and longer intervals, so that the delay is also found if the clocks have different
-  // rates.
+  // Growing intervals, for clocks of different rates.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // The shift is stated for the middle of the interval. A longer interval has another middle, so the shift is
-      // converted: the distance of the two middles is multiplied by the difference of the clocks' rates.
+      // Another interval has another middle: rate × distance.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
@@ -508,8 +496,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // The residual contains white noise of both streams. `fraction`: the part of the residual's variance that the sparse
-  // stream causes.
+  // `fraction` of the residual's variance from the sparse stream.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
@@ -520,8 +507,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // The rates of two real clocks differ by less than 1e-3. If the estimate is larger, its cause is the noise of a
-    // short recording.
+    // Real clocks differ by less than 1e-3.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

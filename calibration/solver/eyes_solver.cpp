@@ -55,10 +55,8 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // The fit has six unknowns: the coordinates of the left eye (0 to 2) and of the right eye (3 to 5). The columns of
-    // `open_axes` are the directions in this space that the alignments (positions of the stylus tip in front of a dot)
-    // do not determine. The message names the eye with the largest component of the first column. If all alignments
-    // have the same depth, the position of the other eye is not determined either.
+    // Six unknowns: left eye 0 to 2, right 3 to 5. Columns: open directions; the first one's largest component names
+    // the eye. Equal depths leave the other eye open, too.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +
@@ -80,9 +78,7 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  // A touch is an outlier if its offset is farther than this from the median offset. The limit is 5.5 standard
-  // deviations. The standard deviation is estimated from the median of these distances: 1.5382 is the median of |x| for
-  // a normally distributed vector x in three dimensions with the standard deviation 1 per axis.
+  // 5.5 σ from the median offset; 1.5382 is the median of |x| for a normal vector in space.
   const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());

@@ -1,4 +1,4 @@
-// The closed-form rigid fit. It has its own file because it is the only part of the registration that must be fast.
+// The closed form, the one part that must be fast.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Computes the eigenvector for the largest eigenvalue of a symmetric 4×4 matrix by cyclic Jacobi rotations. Used only
-// if the two largest eigenvalues are almost equal, which is rare.
+// Cyclic Jacobi, for two nearly equal eigenvalues.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -50,7 +49,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   const std::size_t n = std::min(p_H.size(), p_D.size());
   if (n == 0) return {};
 
-  // Computes centroids and cross-covariance, scaled to magnitude 1, so that coordinates of 1e-6 and 1e6 behave alike.
+  // Scaled to 1: 1e-6 and 1e6 behave alike.
   dvec3 c_H(0), c_D(0);
   for (std::size_t i = 0; i < n; ++i) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(n), c_D /= static_cast<double>(n);
@@ -65,19 +64,17 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   }
   if (!(spread > 0)) return {c_D - c_H, dquat(1, 0, 0, 0)};
   for (auto& row : m) {
-    for (double& x : row) x *= 2 / spread;  // after this scaling, the largest eigenvalue of K is at most 1
+    for (double& x : row) x *= 2 / spread;  // eigenvalues of K at most 1
   }
 
-  // Horn 1987: the unit quaternion of the rotation is the eigenvector of the symmetric 4×4 matrix K for its largest
-  // eigenvalue.
+  // Horn 1987: eigenvector of K for its largest eigenvalue.
   const double xx = m[0][0], xy = m[0][1], xz = m[0][2], yx = m[1][0], yy = m[1][1], yz = m[1][2], zx = m[2][0],
                zy = m[2][1], zz = m[2][2];
   double K[4][4] = {{xx + yy + zz, zy - yz, xz - zx, yx - xy},
                     {zy - yz, xx - yy - zz, xy + yx, xz + zx},
                     {xz - zx, xy + yx, yy - xx - zz, yz + zy},
                     {yx - xy, xz + zx, yz + zy, zz - xx - yy}};
-  // Theobald 2005: Newton's method finds the largest eigenvalue of K. It is the largest root of the characteristic
-  // polynomial λ⁴ + c2 λ² + c1 λ + c0, and the method starts above it.
+  // Theobald 2005: Newton from above on λ⁴ + c2 λ² + c1 λ + c0.
   double c2 = 0;
   for (const auto& row : m) {
     for (const double x : row) c2 -= 2 * x * x;
@@ -97,8 +94,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // Let λ be the largest eigenvalue of K. Each row of the adjugate of K - λ is a multiple of the wanted eigenvector;
-  // the largest diagonal element selects the longest row.
+  // Rows of adj(K - λ) are the eigenvector; the largest diagonal is the longest.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];
@@ -127,9 +123,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // The rotation R from the polynomial does not have full precision, so two Newton steps δ improve it. They maximise
-  // tr(exp(-[δ]) B) with B = M Rᵀ (M: scaled cross-covariance of the points); the maximum fulfils (tr B - sym B) δ =
-  // axial(B).
+  // Two Newton steps δ: maximise tr(exp(-[δ]) B), B = M Rᵀ: (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];

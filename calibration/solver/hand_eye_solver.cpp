@@ -28,19 +28,18 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Indices = std::vector<std::size_t>;
 
-// m, length that converts a rotation error to a displacement; about the length of a stylus
+// m, rotation error to displacement, about a stylus
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m; a residual that is smaller than this is a rounding error
-// Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that
-// every sample contains at least one bad row is 1e-23.
+constexpr double kFloor = 1e-13;  // rad and m, rounding
+// triples of rows; with half good, all bad with 1e-23
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;       // number of best random samples that concentrate() improves
-constexpr std::size_t kLeastToReject = 8;  // smallest number of pairs of poses for which any pair may be rejected
-// smallest number of pairs of poses for which the 6×6 covariance of the noise is estimated
+constexpr std::size_t kLeastToReject = 8;  // pairs, below which none is rejected
+// pairs, above which the noise is 6×6
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// smallest ratio of the arm's rotations to their noise; if the ratio is below this, X and Z are not determined
+// rotations / noise, below which nothing is determined
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -70,17 +69,15 @@ dquat turned_by(const Vector3d& v) {
   return {std::cos(0.5 * angle), k * v.x(), k * v.y(), k * v.z()};
 }
 
-/// The two unknown poses: X of the sensor on the arm, and Z of its counterpart in the room.
+/// X on the arm, Z in the room.
 struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of one row (pair of poses A, B): the pose Z B in the frame of A X, as (rotation vector; translation). In
-/// this frame the noise of arm and tracker has the same covariance for all rows; this includes the effect of the lever
-/// arm from the stylus S to the marker M.
+/// Z B in the frame of A X (rotation vector; translation): equal noise in all rows, lever arm S to M included.
 struct Row {
   Pose A, B;
-  Unknowns at;  // the residuals are linearised in the steps `x` and `z` at this point
+  Unknowns at;  // linearised here
   Matrix6 whitening;
 
   template <class T>
@@ -164,9 +161,8 @@ class Solver {
     return r;
   }
 
-  // Solves by least squares without a noise model. The rotations R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah
-  // 2013). First solves for general matrices instead of rotations. This solution consists of the first singular vectors
-  // of Σ R_B ⊗ R_A; for relative motions (X = Z), of its first eigenvector. Then takes the nearest rotations.
+  // R_X, R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah 2013): singular vectors of Σ R_B ⊗ R_A (motions: eigenvector), then
+  // the nearest rotations.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -190,8 +186,7 @@ class Solver {
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
     }
-    // The translations t_X and t_Z are computed from the linear equation R_A t_X - t_Z = R_Z t_B - t_A, where R is the
-    // rotation and t the translation of a pose.
+    // R_A t_X - t_Z = R_Z t_B - t_A.
     const Eigen::Index unknowns = options_.motions ? 3 : 6;
     Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(rows.size()), unknowns);
     Eigen::VectorXd d(J.rows());
@@ -210,7 +205,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// Returns the squared residual (m²) of row i, the poses A_i and B_i. kLever converts its rotation (rad) to a length.
+  /// Squared residual, m², rotation × kLever.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
@@ -218,7 +213,7 @@ class Solver {
 
   struct Sample {
     double score = std::numeric_limits<double>::infinity();  // m², sum of distance2() over `rows`
-    // the rows (pairs of poses A, B) with the smallest distance2(): half of all rows, plus two
+    // half of all plus two, nearest
     Indices rows;
   };
   Sample concentrate(const Indices& rows) const {
@@ -234,10 +229,7 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
-  // random triples of rows. (For relative motions, two rows would be sufficient, but a third row costs little.)
-  // concentrate() then improves the best triples: it fits X and Z to the rows, and keeps the half of all rows with the
-  // smallest residuals. This is repeated until the result does not improve any more.
+  // Least trimmed squares from random triples; concentrate() refits and keeps the better half until stable.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -260,8 +252,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Estimates the noise of rotation and of translation. The largest residual in the half of the rows that fit best is
-    // divided by the value that is expected for a noise of 1 if all rows are good.
+    // Largest residual of the better half / its expected value at noise 1.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -290,9 +281,7 @@ class Solver {
     return rows;
   }
 
-  /// Estimates the covariance of the noise from the residuals. For few rows (pairs of poses): one variance for rotation
-  /// and one for translation. For many rows: all 21 elements, including the effect of the lever arm between the stylus
-  /// S and the marker M.
+  /// Few rows: two variances; many: all 21 elements.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -359,20 +348,17 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // The inverse of an estimated covariance is too large on average: by the factor ν / (ν - 7) for ν degrees of
-    // freedom (inverted Wishart, 6 dimensions).
+    // Inverse Wishart: ν / (ν - 7) too large.
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Each row and column of the matrix is divided by the root of its diagonal element, because rotations and
-    // translations have different units.
+    // Units differ: scaled by the roots of the diagonal.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
                   scale.asDiagonal();
   }
 
-  // Computes how far the arm rotated: the second moment of the rotation vectors between the arm's poses, in the stylus
-  // frame S.
+  // Second moment of rotation vectors, frame S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -384,7 +370,7 @@ class Solver {
     if (options_.motions) {
       for (const std::size_t i : rows) add(A_[i].R);
     } else {
-      const std::size_t step = 1 + rows.size() / 200;  // if there are many rows, only some of them are used
+      const std::size_t step = 1 + rows.size() / 200;  // a part of many rows
       for (std::size_t i = 0; i < rows.size(); i += step) {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
@@ -440,9 +426,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The most frequent mistake is that the user gives the inverted tracker poses: the poses of the tracker in the
-      // marker's frame instead of the poses of the marker in the tracker's frame. So the solver also tries the inverted
-      // poses, and reports if they fit better.
+      // The usual mistake: inverted tracker poses. Reports if they fit better.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);
@@ -466,9 +450,9 @@ class Solver {
   std::size_t n_;
   int parameters_;
   Eigen::MatrixXd covariance_;
-  // rad and m per axis: standard deviations of the noise of rotation and of translation
+  // rad and m per axis
   double rotation_sigma_ = 0, translation_sigma_ = 0;
-  Vector3d axis_ = Vector3d::Zero();  // axis of the arm's largest rotations, in frame S of the stylus
+  Vector3d axis_ = Vector3d::Zero();  // main axis in S
   HandEyeResult result_;
 };
 

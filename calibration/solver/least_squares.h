@@ -1,5 +1,4 @@
-// Gauss–Newton solver for the small problems of this module: numeric Jacobian, scaled columns, outlier rejection,
-// covariance, and undetermined directions. Only for the .cpp files of this module.
+// Gauss–Newton: numeric Jacobian, scaling, outliers, covariance, open directions. For this module's .cpp files.
 #pragma once
 
 #include <Eigen/Dense>
@@ -15,14 +14,12 @@ struct LeastSquares {
   double sigma = 0;            // standard deviation of each component of the residuals
   int degrees_of_freedom = 0;
   std::vector<bool> used;
-  std::vector<double> residuals;  // norm of the residual of each block (for example a touch)
-  // directions that the data do not determine, one per column: combinations of the unknowns, each divided by its scale
+  std::vector<double> residuals;  // norm per block (touch)
+  // one per column, of scaled unknowns
   Eigen::MatrixXd open_axes;
 };
 
-/// Minimises the residuals. `residual(x, block, r)` writes the `size` residuals of one block (for example a touch) to
-/// r. `scale` contains the plausible error of each unknown. A direction is determined if its standard deviation is
-/// below a third of this error.
+/// `residual(x, block, r)` writes `size` values. `scale`: plausible errors; determined: σ below a third.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {
@@ -66,7 +63,7 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     const double previous = sigma;
     if (result.degrees_of_freedom > 0) sigma = std::max(1e-13, std::sqrt(squares / result.degrees_of_freedom));
     if (round > 2 && step.norm() < 1e-8 && std::abs(sigma - previous) <= 1e-5 * sigma + 1e-13) {
-      // The iteration has converged. Now outliers are excluded (by the median), and the iteration continues from here.
+      // Converged: exclude outliers (median) and continue.
       std::vector<double> sorted = result.residuals;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double per_axis = sorted[sorted.size() / 2] / (size == 1 ? 0.6745 : size == 2 ? 1.1774 : 1.5382);

@@ -12,10 +12,10 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // smallest number of pairs of points that determine a rigid motion
-constexpr std::size_t kSearched = 64;  // largest number of pairs of points in the first, coarse search
+constexpr std::size_t kLeast = 3;      // pairs that determine a motion
+constexpr std::size_t kSearched = 64;  // pairs of the coarse search
 
-// Two rigid motions from frame H to frame D, and the assignment of the pairs of points to them.
+// Two motions H to D, and their pairs.
 struct Halves {
   Pose X[2];
   Indices pairs[2];
@@ -37,8 +37,7 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Assigns each pair to the motion with the smaller residual and fits both motions again, until nothing changes.
-  /// Returns false if a motion has too few pairs left.
+  /// Reassign and refit until stable; false: too few pairs left.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {
@@ -82,7 +81,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
-  // Fits one rigid motion to all pairs of points, and computes the scatter matrix of its residuals.
+  // One motion, and its residuals' scatter.
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
@@ -100,8 +99,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const std::size_t n = looked_at.size();
 
   Halves best;
-  // Starts the search from the rigid motion `first`. The second rigid motion is fitted to those pairs of points whose
-  // residuals under `first` are the largest: half of the pairs in `looked_at`.
+  // Second motion: the half of `looked_at` that `first` fits worst.
   std::vector<std::pair<double, std::size_t>> order(n);
   const auto start_from = [&](const Pose& first) {
     for (std::size_t k = 0; k < n; ++k) order[k] = {splitter.residual2(first, looked_at[k]), looked_at[k]};
@@ -111,8 +109,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // If the second motion differs from the first by a displacement, all residuals of the common fit lie along one
-  // direction. So the pairs are divided by the sign of their residual along the main direction of all residuals.
+  // A displacement: split by the sign along the main direction.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -121,8 +118,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs that follow the same motion determine it. At least a quarter of all triples of pairs are of this kind.
-  // If there are few pairs, all triples are tried; otherwise 48 random triples.
+  // A quarter of all triples follow one motion: all, or 48 random ones.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -147,10 +143,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Computes the probability that a second motion improves the fit so much by chance. For normal noise and a given
-  // split of the m pairs, the ratio of the residual sums (two motions / one motion) has the distribution
-  // Beta((3m-12)/2, 3). With known noise σ, the decrease of the residual sum, divided by σ², is chi-squared with 6
-  // degrees of freedom. The probability is multiplied by the number of possible splits.
+  // Chance: SSR ratio ~ Beta((3m-12)/2, 3); known σ: decrease/σ² ~ chi-squared of 6 degrees; × number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);
@@ -164,8 +157,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Noise that is larger in one direction than in the others could look like two motions. So two motions are accepted
-    // only if two round distributions explain the residuals better than one elongated distribution.
+    // Elongated noise looks like two motions: two round distributions must fit better than one elongated.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

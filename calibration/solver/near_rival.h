@@ -1,6 +1,4 @@
-// The registration fits a rigid motion X_DH, from frame H of the haptic base to frame D of the display, to pairs of
-// points (p_H, p_D). This file detects sets of pairs that follow two different rigid motions, even if these motions are
-// so similar that one motion with noise seems to fit all pairs.
+// Pairs that follow two similar rigid motions, which one motion with noise seems to fit.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +11,19 @@
 namespace typodont::calibration {
 
 struct Split {
-  Pose X_first, X_second;  // the two rigid motions X_DH; X_first is the motion that more pairs of points follow
+  Pose X_first, X_second;                  // X_first has more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
-  double sigma = 0;                        // m, standard deviation per axis of the pairs' residuals under their motion
-  double log_nfa = 0;                      // log of the expected number of equally good divisions by chance (NFA)
+  double sigma = 0;                        // m per axis, under their own motion
+  double log_nfa = 0;                      // log NFA of the split
 };
 
-/// Finds the best division of some pairs of points (p_H[i], p_D[i]) into two sets with separate rigid motions. `pairs`:
-/// indices i of these pairs. Returns the division only if it explains the pairs better than one motion with noise (also
-/// with noise that is larger in some directions). `known_sigma`: m, known standard deviation of the noise per axis; 0:
-/// the noise is estimated. `rounding`: m, rounding error of the coordinates.
+/// Best split of `pairs`, if it beats one motion with (also elongated) noise. `known_sigma`: m per axis, 0: estimated;
+/// `rounding`: m.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 
-/// Every pair whose residual under one of the two motions is at most `limit` (m) goes to the motion with the smaller
-/// residual. Then both motions are fitted again. This is repeated until nothing changes. Returns the expected number of
-/// pairs that noise assigned to the wrong motion.
+/// Assigns pairs within `limit` (m) to the nearer motion and refits, until stable. Returns how many noise has probably
+/// misassigned.
 double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

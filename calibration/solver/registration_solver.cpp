@@ -24,10 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// largest accepted probability that two motions explain the pairs better than one motion by chance
+// of two motions by chance
 constexpr double kSplitChance = 1e-3;
-// Limit of a ratio: the estimated noise after some pairs are added, divided by the noise before. If the ratio exceeds
-// this limit, the added pairs are wrong.
+// noise after / before adding pairs; above: they were wrong
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -48,8 +47,8 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 struct Scatter {
-  Vector3d values;  // m², sum of squares along each principal axis, relative to the centroid; ascending
-  Matrix3d axes;    // principal axes in frame H of the haptic base, one per column
+  Vector3d values;  // m² about the centroid, ascending
+  Matrix3d axes;    // frame H, in columns
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -60,8 +59,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Eigenvalues far below the largest eigenvalue are inaccurate due to rounding. So they are computed again from the
-  // extent perpendicular to the main axis.
+  // Small eigenvalues suffer rounding: again, perpendicular to the main axis.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -71,7 +69,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Returns the second moment (m²) of a uniformly filled box about the centroid.
+/// m², of a full box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -81,7 +79,7 @@ std::string words(const dvec3& v) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z);
 }
 
-/// Registers one list of pairs in steps: agreement, rivals, noise, undetermined directions, covariance.
+/// Agreement, rivals, noise, open directions, covariance.
 class Registration {
  public:
   Registration(Points p_H, Points p_D, const RegistrationOptions& options)
@@ -115,7 +113,7 @@ class Registration {
     return rest;
   }
 
-  // Returns the largest residual (m) at which a pair of points still counts as correct.
+  // Largest residual of a correct pair, m.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -132,8 +130,7 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds all pairs whose residual under the motion of `fit` is below `limit` (m), and fits again, until nothing
-  // changes.
+  // Adds pairs below `limit` (m) and refits, until stable.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -146,17 +143,13 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the motion with the smaller residual. The second motion is reported as a rival in two cases.
-  // In the first case, many pairs agree with it; pairs that agree with both motions count, too. In the second case,
-  // both motions are so similar that some pairs may be assigned to the wrong one. Otherwise, the pairs of the second
-  // motion are outliers.
+  // Pairs go to the nearer motion. The second is a rival if many pairs follow it, or if it is too similar to tell;
+  // otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // By chance, a pair of the first motion can have a smaller residual under the second motion. Such pairs are added
-    // to the first motion again. If the noise increases too much after this, some added pairs were wrong, so none of
-    // them is added.
+    // Take back pairs of the first motion, unless the noise grows.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -164,8 +157,7 @@ class Registration {
     return rival;
   }
 
-  // Tests if there are two nearly equal motions instead of one. If the noise is known, the test runs only if the
-  // residuals do not agree with this noise (5 % level).
+  // Known noise: only if residuals contradict it (5 %).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {
@@ -177,8 +169,7 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs can look like a second motion. This is the case if, without these pairs, the others follow a
-      // single motion.
+      // A few wrong pairs: without them, one motion remains.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -197,12 +188,10 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // largest accepted probability that the pairs of another motion agree by chance; with known noise it is larger,
-      // so that four agreeing pairs are sufficient
+      // of another motion by chance; larger with known noise, so that four pairs suffice
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // If the pairs of the other motion agree only loosely, they are wrong touches near their true positions. Then
-      // there is no second motion.
+      // Loose agreement: bad touches, no second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -214,9 +203,7 @@ class Registration {
     }
   }
 
-  // Three outliers can agree by chance. But the result is reported as doubtful under two conditions: the three agree
-  // within the noise of the pairs of the found motion (fit_.pairs), and the motion of the three fits at least 30 % as
-  // many pairs as fit_.pairs has.
+  // Doubtful if three outliers agree within the noise of fit_.pairs, and their motion fits 30 % as many.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -251,8 +238,7 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom, the residuals can be small by chance. So the computation uses the largest noise with
-    // which the residuals are compatible at a confidence of 95 %.
+    // Few degrees of freedom: the largest noise at 95 %.
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -261,7 +247,6 @@ class Registration {
     }
   }
 
-  // Finds the part of the motion that the points do not determine.
   void find_degeneracy() {
     const dvec3 line = vec(scatter_.axes.col(2));
     Degeneracy& degeneracy = result_.degeneracy;
@@ -298,8 +283,7 @@ class Registration {
     }
   }
 
-  // Tests whether no rigid motion can explain the pairs. There are two reasons: the points p_D are a mirror image of
-  // the points p_H, or p_D and p_H have different units of length.
+  // Mirror image, or other units.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -331,8 +315,7 @@ class Registration {
     }
   }
 
-  // Covariance (Cramér–Rao) for the noise σ and N pairs: σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation (p: points relative
-  // to their centroid) and σ²/N for the centroid. It is then transformed to the origin of the frame.
+  // Cramér–Rao: σ² (Σ(|p|² I - p pᵀ))⁻¹ about the centroid, σ²/N for it; then moved to the origin.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
     const double sigma2 = std::isfinite(result_.sigma) ? result_.sigma * result_.sigma : 0.0;
@@ -348,7 +331,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // Because t = c_D - R c_H (c_D, c_H: centroids), the change R -> exp([θ]) R changes t by [R c_H] θ.
+    // t = c_D - R c_H: θ changes t by [R c_H] θ.
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;
@@ -359,8 +342,7 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared TRE (target error) over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C). σ: noise, N: number of pairs,
-    // C: covariance of the rotation, S: second moment of the box about the centroid.
+    // Mean squared error: 3σ²/N + tr(S) tr(C) - tr(S C).
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];
@@ -380,9 +362,9 @@ class Registration {
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;   // m, rms extent of the points along the principal axes, ascending
-  double noise_ = 0;  // m per axis, largest noise with which the residuals are compatible
-  // true if all points coincide, or lie on a line, within rounding errors
+  Vector3d spread_;   // m, rms, ascending
+  double noise_ = 0;  // m per axis, largest compatible
+  // within rounding
   bool coincident_ = false, collinear_ = false;
   int undetermined_ = 0;  // number of rotations that the points do not determine
 };
@@ -437,9 +419,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared target error for a noise of σ = 1. As long as the touches do not determine the rotation, this error
-    // would be infinite for every candidate. A small ridge term makes it finite, so that the candidates can be
-    // compared.
+    // For σ = 1; a ridge keeps it finite while the rotation is open.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

@@ -18,10 +18,7 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// Returns X_WH, the pose of the arm's base H in the workbench frame W, computed from touches of the marks on the panel.
-// These touches do not depend on sight, so this pose gives the true position of the tip. The registration computes
-// another X_WH, with which the user feels a point where he sees it; that pose includes the user's error between seeing
-// and feeling.
+// X_WH from touches of marks, which do not depend on sight. The registration's X_WH includes the user's error.
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)
@@ -68,7 +65,7 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
   bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
-  // The eyes are known now, so the point that the user saw on the screen at each touch can be computed.
+  // With known eyes, what the user saw.
   const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {

@@ -43,8 +43,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
         fmt::format("{} touches: at least three marks that do not lie on one line are needed", touches.size());
     return result;
   }
-  // Initial size of the panel: least squares of p = c + (u - ½) a + (v - ½) b, where p is the touch of the mark (u, v),
-  // and c, a and b are unknown vectors. The lengths of a and b are the panel's width and height.
+  // p = c + (u - ½) a + (v - ½) b by least squares; |a|, |b|: width, height.
   Eigen::MatrixXd A(static_cast<Eigen::Index>(touches.size()), 3), P(static_cast<Eigen::Index>(touches.size()), 3);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -63,8 +62,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
   const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2),
                                 row(0) - 0.5 * row(2)};
-  // pose X_WP of the panel in frame W; the panel's frame P has its origin in the panel's middle and z towards the
-  // viewer
+  // X_WP: origin in the middle, z to the viewer
   const Pose X0 = fit_rigid(flat, seen);
 
   const auto unpack = [&](const Eigen::VectorXd& x) {

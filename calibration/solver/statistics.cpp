@@ -8,8 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the regularised lower incomplete gamma function, computed by a series or a continued fraction (Abramowitz &
-// Stegun 6.5.29, 6.5.31).
+// Series or continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
 double gamma_p(double a, double x) {
   if (x <= 0) return 0;
   const double scale = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -30,8 +29,7 @@ double gamma_p(double a, double x) {
   return 1 - scale * h;
 }
 
-// Returns the continued fraction of the incomplete beta function (Abramowitz & Stegun 26.5.8), computed by Lentz's
-// method.
+// Abramowitz & Stegun 26.5.8, by Lentz.
 double beta_fraction(double a, double b, double x) {
   const double tiny = 1e-300;
   double c = 1, d = 1 - (a + b) * x / (a + 1);
@@ -51,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// Returns the upper tail 1 - I_x(a, b) of the beta distribution; accurate even if the result is tiny.
+// 1 - I_x(a, b), accurate when tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;
@@ -61,8 +59,7 @@ double beta_upper(double a, double b, double x) {
   return front * beta_fraction(b, a, 1 - x) / b;
 }
 
-// Finds the zero of an increasing function. Bisection of the logarithm finds it to within a factor of two (quantiles
-// span many orders of magnitude), then the Illinois variant of false position refines it.
+// Zero of an increasing function: bisection of the logarithm, then Illinois.
 template <class F>
 double solve_increasing(F f) {
   double low = 1e-12, high = 1e12;

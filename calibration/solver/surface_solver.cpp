@@ -15,22 +15,21 @@ namespace typodont::calibration {
 
 namespace {
 
-// The unknowns: rotation vector, translation, and the offset between the surfaces.
+// Rotation vector, translation, offset.
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-// a point is ignored if the cosine of the angle between the normals of both surfaces is smaller than this
+// least cosine between both normals
 constexpr double kFaces = 0.5;
-constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
-// ratio of the standard deviation to the median of |residual|, for normal errors
+constexpr double kTukey = 4.685;  // 95 % efficiency for normal errors
+// σ / median |residual|, normal errors
 constexpr double kPerMedian = 1.4826;
-// in one round, the limit of the residuals that are used may fall at most to this fraction of its value
+// smallest factor of the limit per round
 constexpr double kShrink = 0.8;
-constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
-// Weight of a penalty (ridge term) on the offset between the two surfaces. Without it, touches of the three walls of a
-// corner would not determine the offset, because a translation has the same effect.
+constexpr double kStill = 1e-7;  // m, last step
+// ridge on the offset, which the walls of a corner leave open
 constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {
@@ -52,7 +51,6 @@ double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// A point of the scanned surface S that lies near the surface D.
 struct Residual {
   std::size_t point;
   double distance;  // m, signed distance of the point from the surface D
@@ -94,7 +92,6 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points of the scanned surface S that lie near the surface D, and computes their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -108,8 +105,7 @@ class SurfaceFit {
     }
   }
 
-  /// Returns a new value (m) for the largest residual that is used. It is computed from the median of the residuals
-  /// that are used at present.
+  /// m, from the median of used residuals.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -126,7 +122,7 @@ class SurfaceFit {
   }
   Vector7 row(const Residual& r) const {
     Vector7 J;
-    // Rotations act about the points' centroid and are multiplied by radius_ (m), so that all unknowns are lengths.
+    // About the centroid, × radius_: all unknowns are lengths.
     J << eigen(glm::cross(r.p_D - X_ * centroid_S_, r.n_D)) / radius_, eigen(r.n_D), -1;
     return J;
   }
@@ -143,7 +139,7 @@ class SurfaceFit {
     return H;
   }
 
-  /// Makes one Gauss–Newton step. Returns the length of the step, m.
+  /// Gauss–Newton; returns the step, m.
   double move() {
     Vector7 g = Vector7::Zero();
     double total = 0;
@@ -176,8 +172,7 @@ class SurfaceFit {
     result_.median = quantile(agreeing, 0.5);
     result_.most_of = quantile(agreeing, 0.95);
 
-    // Cluster-robust "sandwich" estimator: the contributions of all points in a cell are summed first, so that
-    // correlated residuals count only once.
+    // Cluster-robust sandwich: cells are summed first, because errors correlate.
     std::map<std::tuple<int, int, int>, Vector7> cells;
     for (const Residual& r : residuals_) {
       const dvec3 cell = glm::floor(points_[r.point].p_S / options_.correlation);
@@ -198,9 +193,7 @@ class SurfaceFit {
     const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
-    // C belongs to rotations about the scan's centroid, which lies at `centre` in frame D. The covariance of the result
-    // belongs to rotations about the origin of D. A rotation θ about the origin would move the centroid by θ × centre,
-    // so the translation contains −θ × centre.
+    // From the scan's centroid to D's origin: the translation gets −θ × centre.
     Eigen::Matrix<double, 6, 6> to_origin = Eigen::Matrix<double, 6, 6>::Identity();
     to_origin.topLeftCorner<3, 3>() /= radius_;
     to_origin.bottomLeftCorner<3, 3>() = cross_matrix(X_ * centroid_S_) / radius_;
@@ -241,8 +234,7 @@ class SurfaceFit {
     }
   }
 
-  // m; largest displacement of the result from the initial pose. A result with a larger displacement is rejected,
-  // because it could belong to the neighbouring tooth (neighbours are at least 5 mm apart).
+  // m from the start; farther could be the next tooth (5 mm)
   static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
@@ -251,7 +243,7 @@ class SurfaceFit {
   dvec3 centroid_S_{0};
   double radius_ = 0;  // m, rms distance of the points from their centroid
   Pose X_;
-  // m: offset_ is the offset between the surfaces, limit_ is the largest residual that is used
+  // m
   double offset_ = 0, limit_ = 0;
   std::vector<Residual> residuals_;
   bool undetermined_ = false;
