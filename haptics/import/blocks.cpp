@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// Copies the samples from lo to lo + n − 1 on each axis; z is the fastest index. A sample outside the box gets the
-// value of the nearest sample of the box.
+// Samples lo … lo + n − 1, z fastest; outside the box the nearest one.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -37,12 +36,11 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // A run is a series of samples along z that are copied together. It ends at the end of the block. Outside the
-        // box, it has only one sample.
+        // Samples along z copied together; a single one outside the box.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           const T* from = &g.v[static_cast<std::size_t>(i)];
-          // A copy of constant length is much faster, because it needs no call of memmove.
+          // A constant length needs no call of memmove.
           if (run == kEdge)
             std::copy_n(from, kEdge, to);
           else
@@ -57,8 +55,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
   }
 }
 
-// Copies the same samples as gather(), but faster. `n` is small, so the samples lie in at most two blocks along an
-// axis.
+// As gather(), faster: a small `n` meets at most two blocks per axis.
 template <int n, class T>
 void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
   static_assert(n <= kEdge);
@@ -82,9 +79,9 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
     }
     return;
   }
-  // for each of the 2 × 2 × 2 blocks (z fastest): pointer to its samples; null if the block is not stored
+  // 2 × 2 × 2 blocks, z fastest; null: not stored
   const T* stored[8] = {};
-  T common[8] = {};  // value of all samples of a block that is not stored
+  T common[8] = {};  // of blocks not stored
   for (int k = 0; k < 8; ++k) {
     const glm::ivec3 next(k >> 2, k >> 1 & 1, k & 1);
     if (glm::any(glm::greaterThanEqual(next * kEdge, in + n))) continue;
@@ -107,7 +104,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
 
 struct Kernel {
   int reach;
-  std::vector<float> weight;  // weights of the kernel at the distances 0 to `reach` from its centre
+  std::vector<float> weight;  // kernel at 0 … `reach` from its centre
   explicit Kernel(double sigma) : reach(std::max(1, static_cast<int>(std::ceil(3.5 * sigma)))) {
     double sum = 0;
     for (int k = -reach; k <= reach; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
@@ -116,7 +113,7 @@ struct Kernel {
   }
 };
 
-// Smooths the samples of one block. `a` and `b` are buffers that are allocated once and used for all blocks.
+// `a`, `b`: buffers shared by all blocks.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -126,7 +123,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // Computes `length` weighted sums. The samples of a sum are `stride` apart in memory; the results are contiguous.
+  // `length` weighted sums: samples `stride` apart, results contiguous.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {
@@ -193,9 +190,8 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Finds the samples of a mask that are connected to given samples (flood fill). A block that is not stored is visited
-// in one step. A stored block is also visited in one step if all its samples are in the mask and samples are connected
-// only over faces. An entry of the stack is the index of a sample, or −1 minus the index of a block.
+// Flood fill of a mask. Blocks not stored, and full ones (face connection only), take one step. Stack: sample index, or
+// −1 − block index.
 class Spread {
  public:
   Spread(const SparseMask& mask, bool corners, Sparse<std::int32_t>& label, std::vector<std::int32_t>& block_label)
@@ -217,7 +213,7 @@ class Spread {
     }
   }
 
-  /// Visits a sample. If the sample's block is not stored, the whole block is visited.
+  /// Or its whole block, if not stored.
   void visit(const glm::ivec3& p, std::int32_t id) {
     const std::ptrdiff_t i = label_.index(p);
     if (i >= 0) {
@@ -238,7 +234,7 @@ class Spread {
     }
   }
 
-  /// Visits all samples that are connected to the visited samples. Returns the number of visited samples.
+  /// Returns the number of visited samples.
   std::size_t run(std::int32_t id) {
     std::size_t count = 0;
     while (!stack_.empty()) {
@@ -281,13 +277,12 @@ class Spread {
   const BlockSet& set_;
   Sparse<std::int32_t>& label_;
   std::vector<std::int32_t>& block_label_;
-  std::vector<std::uint8_t> whole_;  // for each stored block: true if all its samples are in the mask
+  std::vector<std::uint8_t> whole_;  // stored blocks that lie wholly in the mask
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
 };
 
-// Finds the part of a mask that is connected over faces to the walls of the box (flood fill). A row of a block (16
-// samples along z) is stored as the bits of one word, so that one operation treats the whole row.
+// Part of a mask connected over faces to the walls. A row of 16 samples along z is one word.
 class WallFlood {
  public:
   explicit WallFlood(const SparseMask& open)
@@ -356,8 +351,7 @@ class WallFlood {
     queue_.push_back(block);
   }
 
-  // Returns the samples beyond one face of a block that were reached, as 16 rows. `axis`, `step`: axis and direction
-  // of the face. Beyond the walls of the box, all samples count as reached.
+  // Reached samples beyond a face, as 16 rows; all are beyond the walls.
   std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
     std::array<Row, kEdge> face;
     glm::ivec3 next = block;
@@ -387,7 +381,7 @@ class WallFlood {
     return face;
   }
 
-  // Floods a block from its neighbours. Returns true if samples were reached that were not reached before.
+  // Floods a block from its neighbours. True: it reached new samples.
   bool enter(const glm::ivec3& block) {
     const std::size_t b = index(block);
     const std::int32_t slot = set_.slot[b];
@@ -440,8 +434,7 @@ class WallFlood {
     return true;
   }
 
-  // Extends the bits of `word` along the row through the bits of `open`, in both directions (Kogge and Stone's parallel
-  // prefix).
+  // Along the row through `open`, both ways (Kogge–Stone prefix).
   static unsigned filled(unsigned word, unsigned open) {
     if (word == 0 || word == open) return word;
     unsigned up = open, down = open, raised = word, lowered = word;
@@ -456,7 +449,7 @@ class WallFlood {
 
   const SparseMask& open_;
   const BlockSet& set_;
-  std::vector<Rows> passable_, reached_;  // for each stored block: the samples of the mask, and those reached so far
+  std::vector<Rows> passable_, reached_;              // of the mask; reached so far
   std::vector<std::uint8_t> block_reached_, queued_;  // for each block of the box
   std::vector<glm::ivec3> queue_;
 };
@@ -576,8 +569,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // The norm of the kernel is computed from integrals of products of two Gaussians with the same centre. Such an
-  // integral is (2π·v)^(−3/2), where v is the sum of the two variances; at_centre() computes it for v = times · sigma².
+  // Products of centred Gaussians integrate to (2π·v)^(−3/2), v = times · sigma², the sum of variances.
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
@@ -611,9 +603,7 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
   return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
-// Changes the distances of the samples of one plane from a mask into the distances of the samples of the next plane.
-// `in_mask` marks the samples of the next plane that are in the mask; their distance is 0. No distance exceeds `most`.
-// The loop has no branches, so that the compiler can use vector instructions.
+// From one plane's distances to the next; 0 in the mask, at most `most`. No branches: vectorises.
 template <class Along>
 void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Along* distance) {
   for (std::size_t j = 0; j < samples; ++j) {
@@ -623,13 +613,11 @@ void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Alo
   }
 }
 
-// Computes distance_squared_to(). `Along`: integer for a distance along an axis. `Squared`: integer for a squared
-// distance. The shorter these integers are, the more of them the processor treats at once.
+// `Along`, `Squared`: integers, as short as possible for more lanes.
 template <class Along, class Squared>
 Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // kFar stands for a distance beyond `reach`. The largest squared distance within `reach` (3 reach²) must be smaller
-  // than kFar, and the sum of kFar and 2 reach² must not overflow.
+  // Beyond `reach`: above 3 reach²; kFar + 2 reach² must not overflow.
   constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
@@ -656,8 +644,7 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
     of_second.resize(plane * row);
     along_x.resize(plane * (kEdge + 1));
     Squared *a = of_first.data(), *b = of_second.data();
-    // Along x, `from` is the distance at the present plane of samples from the nearest sample of the mask in the planes
-    // before it, first in the direction of x and then in the opposite direction.
+    // Along x: distance to the mask in the planes before, forwards and then backwards.
     Along *up = along_x.data(), *from = up + plane * kEdge;
     const auto beyond = static_cast<Along>(reach + 1);
     std::fill_n(from, plane, beyond);
@@ -700,19 +687,15 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
 }
 
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
-  constexpr int kShort =
-      64;  // voxels, largest reach for which the short integers of distance_squared() are wide enough
+  constexpr int kShort = 64;  // voxels, for the short integers of distance_squared()
   return reach <= kShort ? distance_squared<std::uint8_t, std::int16_t>(mask, reach)
                          : distance_squared<std::uint16_t, std::int32_t>(mask, reach);
 }
 
-// Returns the connected components of a set of samples in a box. `read(x, y)` returns one byte for each sample of a row
-// along z; the byte is not zero if the sample belongs to the set. Samples are connected over faces, or with `corners`
-// also over edges and corners.
+// `read(x, y)`: one byte per sample along z. Over faces, or with `corners` also edges and corners.
 template <class Read>
 static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
-  // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
-  // (union–find).
+  // Samples in a row along z; touching runs are joined (union–find).
   struct Run {
     int x, y, begin, end;
     std::size_t bright;
@@ -724,7 +707,7 @@ static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read re
     return r;
   };
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
-  const int apart = corners ? 1 : 0;  // largest gap along z between two runs that touch each other
+  const int apart = corners ? 1 : 0;  // gap along z of touching runs
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {
@@ -781,9 +764,7 @@ std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, i
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
-  // kSplinter: a body with fewer voxels than this fraction of the largest body's voxels is a splinter. kBright: a body
-  // has teeth if its number of bright voxels is at least this fraction of the largest number of bright voxels of any
-  // body.
+  // of the largest body's voxels: a splinter; of the most bright voxels: has teeth
   constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, most_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);

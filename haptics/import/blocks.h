@@ -1,5 +1,4 @@
-// Arrays that store samples only near a body (a connected piece of tissue). So the memory is proportional to the size
-// of the body, and not to the size of the box around it.
+// Samples stored only near a body: memory follows the body, not its box.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -16,8 +15,7 @@
 
 namespace typodont::haptics::importing {
 
-/// The set of the stored blocks of a box. The box is divided into blocks of 16³ samples. A block that is not stored
-/// lies completely outside or completely inside the body.
+/// Blocks of 16³ samples; those not stored lie wholly outside or inside.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
@@ -25,13 +23,12 @@ struct BlockSet {
 
   glm::ivec3 size{0};   // size of the box in samples
   glm::ivec3 count{0};  // size of the box in blocks
-  // for each block of the box (z fastest): its index among the stored blocks, or kOutside, or kInside
+  // per block, z fastest: index among the stored ones, kOutside or kInside
   std::vector<std::int32_t> slot;
   std::vector<glm::ivec3> first;  // position of the first sample of each stored block
 
   BlockSet() = default;
-  /// Makes the set. `wanted` has one byte for each block of the box (z fastest); a block is stored if its byte is not
-  /// zero.
+  /// `wanted`: one byte per block, z fastest.
   BlockSet(const glm::ivec3& size, const std::vector<std::uint8_t>& wanted);
   static glm::ivec3 blocks_of(const glm::ivec3& size) { return (size + kEdge - 1) / kEdge; }
 
@@ -47,18 +44,17 @@ struct BlockSet {
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
-  /// Returns the position in the box of the stored sample with index i.
+  /// Position of the stored sample i.
   glm::ivec3 place(std::size_t i) const {
     const auto k = static_cast<int>(i % kSamples);
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
   }
 };
 
-/// Returns the blocks whose byte in `blocks` is not zero, and all blocks that touch such a block.
+/// Marked blocks and all that touch one.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. So a page of memory is first written by the thread that later uses
-/// it. The system then places the page near this thread's processor core, which makes access faster.
+/// Uninitialised: a page is first written by, and so lies near, the thread that uses it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -75,8 +71,7 @@ struct NoInitialValue : std::allocator<T> {
   }
 };
 
-/// A sparse array of values. It has one value for each sample of the stored blocks, one common value for all samples
-/// outside the body, and one for all samples inside.
+/// Values of stored blocks, one common value outside and one inside.
 template <class T>
 struct Sparse {
   std::shared_ptr<const BlockSet> set;
@@ -94,7 +89,7 @@ struct Sparse {
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
-  /// Returns the index, among the stored samples, of the sample at position p; negative if this sample is not stored.
+  /// Negative: not stored.
   std::ptrdiff_t index(const glm::ivec3& p) const {
     const std::int32_t slot = set->slot[set->block(p)];
     return slot < 0
@@ -110,7 +105,7 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// Calls work(position, index) for every stored sample, block by block on all processor cores.
+/// work(position, index) for every stored sample, on all cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
   tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
@@ -124,7 +119,7 @@ void for_each_sample(const BlockSet& set, Work work) {
   });
 }
 
-/// Makes a mask of the samples for which test(index, position) is true.
+/// Samples with test(index, position).
 template <class Test>
 SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool inside, Test test) {
   SparseMask mask(set, outside, inside);
@@ -132,39 +127,31 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// Both functions return the value at a position between the samples (voxels): sample() by trilinear interpolation,
-/// sample_cubic() by tricubic interpolation. Outside the box, the value at the nearest point of the box is used.
+/// Trilinear, tricubic; outside the box the nearest point's value.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// Smooths with a Gaussian of the standard deviation `sigma` (voxels). Only samples in stored blocks are computed.
+/// `sigma` in voxels; stored samples only.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Smooths with the kernel (1 + c) G − c G∗G (∗: convolution), where G is a Gaussian of `sigma` (voxels) and c = 1 +
-/// (blur / sigma)². This reduces noise and corrects curved iso-surfaces: the scan's blur (a Gaussian of the standard
-/// deviation `blur`, voxels) displaces such a surface by blur²·(mean curvature), and the kernel moves the surface back,
-/// because the kernel's second moment is −blur². The correction is exact to second order. c is at most 3, because a
-/// larger c would increase the noise.
+/// Kernel (1 + c) G − c G∗G, c = 1 + (blur / sigma)² ≤ 3. Its second moment −blur² moves curved iso-surfaces, displaced
+/// by blur² · mean curvature, back to second order.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Returns c, the strength of the sharpening in the kernel (1 + c) G − c G∗G of smooth_in_place().
+/// c of smooth_in_place().
 double sharpening(double sigma, double blur);
-/// Returns the norm of the kernel of smooth_in_place(). It is the factor by which smooth_in_place() changes the
-/// standard deviation of white noise.
+/// Factor of white noise's σ in smooth_in_place().
 double noise_left(double sigma, double blur);
 
-/// Marks each block of the box (one byte per block, z fastest) that has a sample above `bound` after g was smoothed by
-/// a Gaussian of `sigma` (voxels).
+/// Blocks (bytes, z fastest) with a sample above `bound` after smoothing by `sigma` (voxels).
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// Returns for each sample in `wanted` the smallest value (ball_max: the largest value) in a ball of `radius` voxels
-/// around it. Other samples keep their values.
+/// Smallest (ball_max: largest) value in a ball of `radius` voxels, for samples in `wanted`.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// Returns for each sample the squared distance (voxels²) to the nearest sample in `mask`. The value is very large if
-/// the nearest sample of the mask is farther away than `reach` voxels along an axis.
+/// voxels²; very large beyond `reach` along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// A connected component of a dense mask.
@@ -174,40 +161,34 @@ struct Body {
   glm::ivec3 lo{0}, hi{-1};  // first and last sample of the component's bounding box
 };
 inline constexpr std::uint8_t kBrightVoxel = 2;
-/// Returns the connected components of a dense mask. Samples are connected over faces.
+/// Connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
-/// Returns the number of connected components of a set of samples in a box of `size`. Samples are connected over faces,
-/// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z; the byte is not zero if the
-/// sample belongs to the set.
+/// Over faces, edges and corners. `read(x, y, row)`: one byte per sample along z.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
-/// Returns the index of the body that is imported. If some bodies have teeth, it is the largest body with teeth.
-/// Otherwise it is the largest body. A body has teeth if it has at least a tenth as many bright voxels as the body with
-/// the most bright voxels. If that body has fewer than `least_bright` bright voxels, no body has teeth. Splinters
-/// (bodies that are much smaller than the largest body) are ignored. Returns 0 if there is no body.
+/// Largest body with teeth (a tenth of the most bright voxels, at least `least_bright`), else the largest. Splinters do
+/// not count. 0: no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
-/// Returns which fraction of the box's samples lies in blocks with samples of the mask or in neighbours of such blocks.
+/// Fraction of the box in blocks of the mask and their neighbours.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {
-  // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask; undefined in blocks that are not
-  // stored
+  // 1, 2, …; 0 outside the mask; undefined where not stored
   Sparse<std::int32_t> label;
-  std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  // for each block that is not stored (indexed as BlockSet::slot): number of its component, or 0
+  std::vector<std::size_t> voxels;  // element 0 unused
+  // component of blocks not stored, indexed as BlockSet::slot
   std::vector<std::int32_t> blocks;
   std::int32_t largest() const;  // number of the largest component; 0 if there is none
 };
-/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
-/// over edges and corners (26 neighbours). Blocks that are not stored are always connected over faces.
+/// Over faces, or with `corners` also edges and corners; blocks not stored only over faces.
 SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected to the walls of the box
+  // blocks not stored, as BlockSet::slot: 1 if connected to the walls
   std::vector<std::uint8_t> blocks;
 };
-/// Returns the part of the mask `open` that is connected to the walls of the box.
+/// Part of `open` connected to the walls.
 Reached reached_from_walls(const SparseMask& open);
 
 }  // namespace typodont::haptics::importing

@@ -33,8 +33,7 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return least;
 }
 
-/// Returns the tissue that the sample `at` gets if the user corrects it to `kind`. Between enamel and dentin, and
-/// between cortical and cancellous bone, the sample's grey value decides.
+/// Grey values decide between enamel and dentin, cortical and cancellous bone.
 Tissue tissue_of(const Imported& imported, LabelKind kind, std::size_t at) {
   const double grey = imported.grey.empty() ? imported.report.kinds.cortical : static_cast<double>(imported.grey[at]);
   switch (kind) {
@@ -94,9 +93,7 @@ void for_each_in(const VoxelBox& box, Work work) {
   }
 }
 
-/// Removes the tissue inside a solid shape. The function `solid` returns the signed distance to the shape in m,
-/// negative inside the shape. Removed samples near the new surface keep their label, so that the label of the tissue
-/// can be read at the surface. All other removed samples lose their label.
+/// `solid`: signed distance, m. Samples near the new surface keep their labels.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -126,8 +123,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // In voxels. Tissue that reaches a wall of the box has no surface there. So no tissue is added nearer to a wall
-    // than this.
+    // voxels from a wall, where tissue has no surface
     constexpr double kWall = 3;
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
@@ -152,7 +148,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // Returns the mean grey value of a sample and its neighbours, because the mean has less noise than a single sample.
+  // Mean with the neighbours, for less noise.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -176,8 +172,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     for (const glm::ivec3& f : kFaces) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
-      // A mesh has no grey values to compare. In a mesh, the corrected part therefore grows over samples with the label
-      // of the first sample.
+      // A mesh has no grey values: by the first sample's label.
       const bool similar =
           imported.grey.empty() ? t.tissue[at(q)] == t.tissue[at(start)] : std::abs(grey(q) - middle) <= limit;
       if (!similar) continue;
@@ -185,9 +180,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The grey values at the border of the corrected part are blurred, so the part grows by one sample: a sample next to
-  // the part is added if it has the same label as any sample of the part. This also adds samples just outside the
-  // tissue's surface, because they have the label of the tissue below them.
+  // The border is blurred: grows by a sample of any label of the part, so also just outside the surface.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -204,8 +197,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // Computes the signed distance to the border of the part that is removed. This border lies half a voxel outside the
-  // outermost samples of the part. The distance is smoothed, because the samples form steps of one voxel.
+  // The border lies half a voxel outside the part. Smoothed, because samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);
@@ -266,8 +258,7 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Computes the fraction of the voxel that lies inside the surface. Within the voxel the surface is approximated by
-    // a plane at the signed distance of the voxel's centre.
+    // Plane at the centre's signed distance.
     const double fraction = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += fraction * voxel * voxel * voxel;
   }

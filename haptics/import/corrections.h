@@ -1,6 +1,5 @@
-// Corrections of an imported tissue by hand. There are two tools: a brush, and seeds (points from which a correction
-// spreads through similar grey values). Positions are in m in the coordinates of the imported file, before its rotation
-// (ImportOptions::turn). The functions may be called on any thread, but not on two threads at the same time.
+// Brush and seeds on imported tissue. m, in the file's coordinates before ImportOptions::turn. Any thread, one at a
+// time.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +12,13 @@ namespace typodont::haptics {
 
 struct Imported;
 
-/// The kind of tissue that a correction gives to samples. The grey value of a sample decides between enamel and dentin,
-/// and between cortical and cancellous bone (ImportReport::kinds). A canal gets the label pulp, and metal gets the
-/// label amalgam, as in the import of a jaw.
+/// Grey values decide between enamel and dentin, cortical and cancellous bone (ImportReport::kinds). Canals are pulp,
+/// metal amalgam, as in jaws.
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// A stroke with the brush. The stroke corrects the volume within `radius` of a polyline. With the label kNothing, the
-/// stroke removes tissue. With another label and `only_tissue`, it changes only the label of existing tissue. With
-/// another label and without `only_tissue`, it also adds tissue, except within three voxels of the walls of the
-/// imported box.
+/// Volume within `radius` of a polyline. kNothing removes; otherwise relabels, and without `only_tissue` also adds,
+/// except within three voxels of the box's walls.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
@@ -30,10 +26,8 @@ struct LabelStroke {
   bool only_tissue = true;
 };
 
-/// A seed is a point from which a correction spreads: it corrects the connected part of the tissue around `point` whose
-/// grey values are similar to the grey value at the point (fuzzy connectedness with a fixed limit, Udupa & Samarasekera
-/// 1996). Two grey values are similar if they differ by at most `tolerance` times the contrast between the softer
-/// tissue and the surroundings. The corrected part ends at the distance `reach` from the point.
+/// Connected part around `point` of similar grey values (fuzzy connectedness, Udupa & Samarasekera 1996): within
+/// `tolerance` × contrast of softer tissue and surroundings, up to `reach`.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
   dvec3 point{0};       // m, position from which the corrected part grows
@@ -43,24 +37,22 @@ struct LabelSeed {
 
 using Correction = std::variant<LabelStroke, LabelSeed>;
 
-/// A copy of the samples of a box of voxels, from before or after a correction.
+/// Samples of a box, before or after.
 struct BoxContent {
   VoxelBox box;  // the box; empty if the correction changed nothing
   std::vector<float> distance;
   std::vector<Tissue> tissue;
-  std::vector<std::uint8_t> hardness;  // hardness of the samples; empty if the tissue stores no hardness
+  std::vector<std::uint8_t> hardness;  // empty without hardness
 };
 
-/// Applies a correction to the tissue. Returns the samples of the changed box as they were before. Where tissue was
-/// added, the surface is exact, but the stored distances inside the tissue may be too small, as after drilling. Throws
-/// Error if the radius of a stroke or the reach of a seed is less than half a voxel.
+/// Returns the box as it was. Added tissue has an exact surface, but lower bounds inside. Throws Error for a radius or
+/// reach below half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
-/// Exchanges the samples of a box with the samples in `content`. So the first call undoes a correction, and the next
-/// call repeats it.
+/// Undoes, and the next call repeats.
 void exchange(Imported& imported, BoxContent& content);
 
-/// Returns the volume (m³) of each tissue in a box. Partly filled voxels count as in ImportReport::volume.
+/// m³ by tissue, partial voxels as in ImportReport::volume.
 PerTissue volumes_in(const DenseTissue& tissue, const VoxelBox& box);
 PerTissue volumes_in(const BoxContent& content, double voxel);
 

@@ -11,21 +11,19 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Returns the index of the sample at a position; negative if there is no such sample.
+// Negative: no such sample.
 template <class T>
 std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
 
-// Calls visit(index, position) for the sample at p and its 26 neighbours. Samples that are not stored, and samples
-// whose x is not in x_lo .. x_hi − 1, are omitted.
+// visit(index, position) for p and its 26 neighbours that are stored, x in x_lo … x_hi − 1.
 template <class T, class Visit>
 void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
   const BlockSet& set = *g.set;
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
-  // The sample at p and its neighbours lie in at most two blocks along each axis, so in at most eight blocks. start[k]
-  // is the index of the first sample of block k (z fastest), or negative if this block is not stored.
+  // First samples of the at most eight blocks, z fastest; negative: not stored.
   constexpr int kEdge = BlockSet::kEdge;
   const glm::ivec3 first = lo & ~(kEdge - 1);
   std::ptrdiff_t start[8];
@@ -48,10 +46,8 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   }
 }
 
-// Each sample stores its nearest feature (point or triangle). This function passes the features from samples to their
-// neighbours, within the planes x_lo to x_hi − 1, and starts at the samples in `seeds`. Samples with smaller distances
-// come first. The queue consists of buckets: each bucket contains the samples whose distances lie in one interval of
-// the width `step` / 4. This order is precise enough, and an insertion takes constant time.
+// Passes nearest features on from `seeds`, nearest first, within planes x_lo … x_hi − 1. Buckets of `step` / 4:
+// constant time.
 template <class SquaredFrom>
 void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
                       int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
@@ -79,7 +75,7 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
         nearest.v[j] = d;
         feature.v[j] = f;
         unpropagated[j] = 1;
-        // The buckets before the bucket b were already processed, so a sample is inserted into bucket b or a later one.
+        // Earlier buckets are done.
         const auto into = std::max(b, static_cast<std::size_t>(d / width));
         if (into < buckets.size()) buckets[into].push_back(j);
       });
@@ -88,14 +84,12 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
   }
 }
 
-// Finds for each sample the nearest feature (point or triangle) within the distance `band`. Each sample passes its
-// feature to its neighbours. `squared_from(feature)` returns a function that maps a sample to its squared distance from
-// the feature, in the caller's units. The slabs of the grid are processed in parallel. Afterwards, features are passed
-// across the borders between slabs.
+// Nearest feature within `band`. `squared_from(feature)`: squared distance in the caller's units. Slabs in parallel,
+// then across their borders.
 template <class SquaredFrom>
 void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
                SquaredFrom squared_from) {
-  // largest number of samples over which a feature (the nearest point or triangle) is passed on, along one axis
+  // samples along an axis
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = feature.set->size.x, slabs = (x_size + slab - 1) / slab;
@@ -103,7 +97,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
-  // 1 if the sample has a feature that was not yet passed to its neighbours
+  // not yet passed on
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
@@ -121,8 +115,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   });
 }
 
-// Moves x onto the surface phi = 0 with Newton's method along the gradient. Returns false if the gradient is almost
-// zero or if the method does not converge.
+// Newton along the gradient to phi = 0; false: flat, or no convergence.
 bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
@@ -137,8 +130,7 @@ bool project(const Sparse<float>& phi, glm::dvec3& x) {
   return std::abs(sample_cubic(phi, x).value) < 1e-3;
 }
 
-// Finds the point of the surface closest to q, starting from the surface point x. Returns false if the method does not
-// converge.
+// From the surface point x; false: no convergence.
 bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
   double damping = 1;
   double before = std::numeric_limits<double>::infinity();
@@ -154,8 +146,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // If q is almost as far from the surface as the surface's centre of curvature, the step in the tangent plane is too
-    // long, and the error hardly decreases. In this case, the step in the tangent plane is shortened.
+    // Near the centre of curvature, the tangential step is too long.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -166,8 +157,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
   return false;
 }
 
-// Finds points on the surface phi = 0: the points where grid lines cross the surface, moved onto the surface of the
-// tricubic interpolant.
+// Grid lines' crossings, moved onto the tricubic interpolant.
 std::vector<glm::vec3> crossings(const Sparse<float>& phi) {
   const BlockSet& set = *phi.set;
   std::vector<std::vector<glm::vec3>> found(set.first.size());
@@ -250,13 +240,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, squared_from);
 
-  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. The
-  // nearest point of the whole surface usually lies between such crossings. It is searched from the nearest crossing.
+  // The surface's nearest point usually lies between crossings.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // A sample without a nearest crossing is far from the surface. The sign of its distance comes from the linear
-    // interpolant, whose sign is correct there.
+    // Far away: the linear interpolant has the right sign.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
@@ -278,12 +266,10 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Compares the closest point of each sample with the closest points of the neighbouring samples. If a neighbour's
-  // point is nearer to the sample, the sample gets this point. This happens if the sample's own search has found
-  // another part of the surface.
+  // Takes a neighbour's point if it is nearer.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // Improved points are stored separately, because no thread may read a sample that another thread writes.
+    // Separate, because threads read each other's samples.
     struct Better {
       std::size_t sample;
       float distance;
@@ -324,8 +310,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
 }
 
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
-  // Finds the closest point of a triangle from the Voronoi region in which p lies (Ericson, Real-Time Collision
-  // Detection, 2005, section 5.1.5).
+  // Voronoi regions (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
   const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return t.a;
@@ -348,8 +333,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
 
 WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // The grid lines are shifted by a very small irrational distance. Otherwise a line could pass exactly through an edge
-  // of the mesh, because the vertices of some meshes lie on the grid.
+  // A tiny irrational shift: some meshes have vertices on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   struct OfLine {
     std::uint32_t line;
@@ -384,7 +368,7 @@ WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Tria
       }
     }
   }
-  // Distributes the crossings over the lines (counting sort), and sorts the crossings of each line.
+  // Counting sort by line, then along each line.
   Lines lines;
   const std::size_t count = static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]);
   lines.first.assign(count + 1, 0);
@@ -415,9 +399,7 @@ std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, 
 std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   const auto length = static_cast<std::size_t>(size_.z);
   std::vector<std::int16_t> sixths(static_cast<std::size_t>(size_.y) * length, 0);
-  // Adds the crossings of one grid line to the winding number of the sample at position k on the line. Rays run from
-  // the sample in both directions of the line. For the ray in the negative direction, the sign of the crossings
-  // changes.
+  // Rays both ways; crossings change sign for the negative one.
   const auto add = [&](std::span<const Crossing> of_line, int k, std::int16_t& to) {
     for (const Crossing& c : of_line)
       to = static_cast<std::int16_t>(to + (c.at < static_cast<float>(k) ? -c.leaves : c.leaves));
@@ -439,8 +421,7 @@ std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   return sixths;
 }
 
-// Marks the blocks near one triangle. A large triangle is divided first, because its bounding box would contain many
-// blocks that are not near it.
+// Large triangles are divided: their boxes are mostly empty.
 static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near) {
   const glm::dvec3 lo = glm::min(t.a, glm::min(t.b, t.c)), hi = glm::max(t.a, glm::max(t.b, t.c));
   const glm::dvec3 extent = hi - lo;
@@ -468,7 +449,7 @@ std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm:
 Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
   const double reach = band + 1.5;
   const auto set = std::make_shared<const BlockSet>(size, blocks_near(mesh, size, reach + 1));
-  // for every sample: index of the nearest triangle; -1 if no triangle is nearer than `band`
+  // -1: none within `band`
   Sparse<std::int32_t> feature(set, -1, -1);
   Sparse<float> nearest(set, static_cast<float>(band), static_cast<float>(band));
   nearest.fill(std::numeric_limits<float>::max());

@@ -24,15 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// smallest cosine of the angle between the normals of a triangle of the scan and of the CT's surface; with a smaller
-// cosine, the triangle does not belong to a crown
+// cosine between normals of scan and CT on a crown
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;  // m²; a gap between crown triangles with a smaller area than this counts as crown
-// m²; a connected piece of crown with a smaller area than this does not count as crown
+constexpr double kGapArea = 10e-6;  // m², smaller gaps are crown
+// m², smaller pieces are not
 constexpr double kLeastPiece = 5e-6;
-constexpr double kLabelDepth = 0.75;  // voxels; the tissue of a surface point is read at this depth below the surface
-// smallest length of the gradient of the distance near a surface (in a true distance field, the length is 1); if the
-// gradient is shorter than this, no surface is near
+constexpr double kLabelDepth = 0.75;  // voxels below the surface at which tissue is read
+// of a true distance: 1; below this, no surface is near
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -45,8 +43,7 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Returns the distance (m) that a DenseTissue stores, and the gradient of this distance (m per voxel). Both are
-/// computed at a position in voxels, by tricubic interpolation (Catmull–Rom).
+/// m, and m per voxel; Catmull–Rom at a position in voxels.
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -73,22 +70,20 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   return jet;
 }
 
-/// Returns the index of the sample that is nearest to a position (voxels).
+/// To a position in voxels.
 std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
   return t.at(i.x, i.y, i.z);
 }
 
-/// Returns the index of the sample from which the label for a position (voxels) is read. If the position lies inside
-/// the tissue, it is the nearest sample. Otherwise it is a sample just below the surface, at the surface point nearest
-/// to the position. `jet` is the distance and its gradient at the position.
+/// Nearest sample inside, or just below the surface point nearest to the position.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
   return nearest_sample(t, place - (jet.value / t.frame.voxel + kLabelDepth) / slope * jet.gradient);
 }
 
-/// Returns the blocks of `out` within `reach` (m) of the CT's surface.
+/// Blocks within `reach` (m) of the CT's surface.
 std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue& ct, const DenseTissue& out,
                                                                double reach) {
   const glm::ivec3 count = importing::BlockSet::blocks_of(out.size);
@@ -118,7 +113,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The surface scan in frame C of the CT volume, and the part of it that shows crowns of teeth.
+/// In frame C, with the part that shows crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -134,16 +129,16 @@ class Crowns {
   }
 
   const FuseReport& report() const { return report_; }
-  /// Returns the largest distance (m) between the crowns of the scan and the CT's surface.
+  /// m between crowns and CT.
   double largest() const { return largest_; }
 
   struct Near {
     dvec3 point, normal;
-    double distance = 0;  // m, distance from the given position to this point, without sign
-    // weight of the scan in the blend of scan and CT: 1 inside a crown, falling to 0 at the crown's rim, and 0 outside
+    double distance = 0;  // m, unsigned
+    // of the scan: 1 inside a crown, 0 at its rim and outside
     double weight = 0;
   };
-  /// Returns the point of the scan nearest to p (m, in frame C of the CT volume), if it is within `reach` (m).
+  /// p in m, frame C; within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;
@@ -175,7 +170,7 @@ class Crowns {
     return 0.5 * glm::length(glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0])));
   }
 
-  /// Finds the two triangles of the scan that share an edge. An edge with one triangle is part of the scan's border.
+  /// One triangle: border of the scan.
   void find_edges() {
     std::map<std::pair<int, int>, std::vector<std::size_t>> edges;
     for (std::size_t t = 0; t < scanned_; ++t) {
@@ -196,9 +191,7 @@ class Crowns {
     }
   }
 
-  /// Finds the connected pieces of triangles for which covered_ has the value `covered`. Calls change(area, at_border)
-  /// for each piece; at_border is true if the piece touches the scan's border. If change() returns true, the function
-  /// inverts covered_ for all triangles of the piece.
+  /// change(area, at_border) per piece where covered_ is `covered`; true inverts the piece.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -237,8 +230,7 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // For each corner of each triangle that shows a crown: its distance from the CT's surface (m), and a third of the
-    // triangle's area (m²).
+    // Distance from the CT (m), third of the triangle's area (m²), per corner.
     std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
@@ -262,9 +254,7 @@ class Crowns {
     }
   }
 
-  /// Computes the weight of each point of the scan: 0 at the rim of the crowns, 1 if the point is at least `blend` away
-  /// from the rim, and between 0 and 1 nearer to the rim. The distance from the rim is measured along edges of the
-  /// mesh.
+  /// 0 at the rim to 1 at `blend` from it, along edges.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -308,8 +298,7 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// Returns true if the edge at corner k of the triangle t is part of the crowns' rim: t shows a crown, and the edge
-  /// belongs to no other triangle that shows a crown.
+  /// Corner k's edge of crown triangle t, shared with no other crown triangle.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
@@ -321,13 +310,13 @@ class Crowns {
   const FuseOptions& options_;
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
-  std::vector<dvec3> points_;           // m, points of the scan in frame C of the CT volume
+  std::vector<dvec3> points_;           // m, frame C
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  // For each triangle of the scan. at_border_: true if it lies at the border; covered_: true if it shows a crown.
+  // per triangle: at the border; crown
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // weight of the scan in the blend at each point: 0 at the rim of the crowns, 1 inside
+  std::vector<double> weights_;  // of the scan: 0 at the rim, 1 inside
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };
@@ -385,7 +374,7 @@ std::vector<ScanPoint> spread_points(const TissueMesh& mesh, std::size_t count) 
     const double size = glm::length(n);
     sum += 0.5 * size;
     for (; due < sum; due += step) {
-      // Places points evenly in the triangle, with the additive recurrence of the plastic number (Roberts 2018).
+      // Plastic number's additive recurrence (Roberts 2018).
       const auto k = static_cast<double>(points.size());
       double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
       if (y + z > 1) y = 1 - y, z = 1 - z;
@@ -401,7 +390,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   const importing::Jet jet = distance_at(ct_, place);
   Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
-  // Reads the tissue just below the surface near p_C (in frame C of the CT), also if p_C itself lies deeper.
+  // Just below the surface, even for a deeper p_C.
   const double slope = glm::length(value.gradient);
   if (!(slope > kLeastGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
@@ -439,18 +428,17 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.place = ct.place;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // Computes the field `phi`, which is positive inside. Near the crowns, it is a blend of two distances: to the scan
-  // and to the CT's surface. All other samples get the distance to the CT's surface.
+  // Positive inside: blend of scan and CT near crowns, else the CT.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
   importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
-  importing::SparseMask moved(set, 0, 0);  // samples near the parts of the surface that the scan has displaced
+  importing::SparseMask moved(set, 0, 0);  // near the displaced surface
   importing::for_each_sample(*set, [&](const glm::ivec3& i, std::size_t at) {
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
         std::abs(static_cast<double>(rough)) > far + coarse) {
-      phi.v[at] = -rough * inverse;  // far from the surface, only the sign of this value is used
+      phi.v[at] = -rough * inverse;  // far away, only the sign counts
       return;
     }
     const importing::Jet jet = distance_at(ct, place);
@@ -459,8 +447,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
     if (std::abs(d) < far && slope > kLeastGradient) {
-      // Finds two points of the scan: the point nearest to this sample, and the point nearest to q. q is the point of
-      // the CT's surface that is nearest to this sample.
+      // Nearest on the scan to the sample, and to its nearest CT point q.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);
       const auto near = opposite && opposite->weight > 0
@@ -481,14 +468,12 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Computes the distances to the new surface. Samples that are farther from the changed surface than the band and two
-  // voxels keep the CT's distances.
+  // Farther than band + two voxels from the change, the CT's stay.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
   const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
-  // voxels; if the new distance and the CT's distance of a sample differ by less than this, the surface near the sample
-  // has not moved, and the sample keeps the CT's distance (the search for the nearest point is not exact)
+  // voxels: unmoved, so the CT's distance stays
   constexpr double kEqual = 0.005;
   progress(0.9);
 

@@ -33,8 +33,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // The result of each axis overwrites the grid that is the input of the same axis. So the lines of samples are first
-  // copied to a buffer. For the axes x and y, `wide` lines that lie beside each other along z are computed together.
+  // Buffered, because the result overwrites its input; along x and y, `wide` neighbouring lines at once.
   Grid<float> out = g;
   constexpr int kWide = 64;
   for (int axis = 0; axis < 3; ++axis) {
@@ -89,8 +88,7 @@ Grid<float> distance_squared_to(const Mask& mask) {
       for (int b = 0; b < inner; ++b) {
         const std::size_t start = axis == 0 ? d.index(0, a, b) : axis == 1 ? d.index(a, 0, b) : d.index(a, b, 0);
         for (std::size_t k = 0; k < length; ++k) f[k] = d.v[start + stride * k];
-        // For each sample q of the line, there is a parabola in k: f[q] + (k − q)². Computes the lower envelope of
-        // these parabolas, which is their smallest value at each sample k.
+        // Lower envelope of the parabolas f[q] + (k − q)².
         int top = -1;
         for (int q = 0; q < n; ++q) {
           if (f[static_cast<std::size_t>(q)] >= kHuge) continue;

@@ -1,4 +1,4 @@
-// Dense boxes of samples for the importers, and filters for them. Not for real-time threads.
+// Dense boxes and their filters. Not for real time.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 inline constexpr std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                                      {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-/// A box of samples. z is the fastest index, as in DenseTissue.
+/// z fastest, as in DenseTissue.
 template <class T>
 struct Grid {
   glm::ivec3 size{0};
@@ -45,11 +45,10 @@ struct Grid {
 
 using Mask = Grid<std::uint8_t>;
 
-/// Calls work(x) for each x in [0, n) on all processor cores. Each call may write only its own data.
+/// On all cores; each call writes only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Returns the value at the position p (voxels) by trilinear interpolation. Outside the box, the value at the nearest
-/// point of the box is used.
+/// Trilinear at p (voxels), nearest point outside.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
@@ -57,20 +56,18 @@ struct Jet {
   glm::dvec3 gradient;  // gradient of the value, per voxel
 };
 
-/// Smooths with a Gaussian of the standard deviation `sigma` (voxels), axis by axis. Outside the box, the value at its
-/// border is used.
+/// `sigma` in voxels, axis by axis, border value outside.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// Returns for each voxel the squared distance (voxels²) to the nearest voxel of `mask` (Felzenszwalb & Huttenlocher
-/// 2012). The values are very large if the mask is empty.
+/// voxels² (Felzenszwalb & Huttenlocher 2012); very large for an empty mask.
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
-  Grid<std::int32_t> label;         // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask
-  std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  std::int32_t largest() const;     // returns the number of the largest component; 0 if there is none
+  Grid<std::int32_t> label;         // 1, 2, …; 0 outside the mask
+  std::vector<std::size_t> voxels;  // element 0 unused
+  std::int32_t largest() const;     // 0: none
 };
-/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours).
+/// Connected over faces.
 Components components(const Mask& mask);
 
 }  // namespace typodont::haptics::importing

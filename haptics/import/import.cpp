@@ -48,8 +48,7 @@ double free_memory() {
     constexpr std::string_view kKey = "MemAvailable:";
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
-  // A limit of the address space (ulimit -v) also counts the memory that the process has already reserved, for example
-  // for libraries and stacks.
+  // ulimit -v also counts reserved memory.
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     double pages = 0;
@@ -72,9 +71,7 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// Returns a measure of wrong labels: which fraction of the voxels on the crown's surface has the label dentin. The
-// space around the tooth's axis is divided into sectors. In each sector, the crown ends where the enamel ends, and the
-// root lies below.
+// Fraction of dentin on the crown's surface. In each sector around the axis, the crown ends where enamel ends.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -98,7 +95,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // If there is enamel on all sides, the mesh contains no root, so the whole mesh is a crown.
+  // Enamel all around: no root.
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
@@ -152,15 +149,13 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel that lies inside. The surface is approximated by a plane at the distance d from the
-        // voxel's centre.
+        // Plane at d from the centre.
         const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += fraction * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // Finds the points where the surface passes between this sample and those of its neighbours that lie outside.
-        // The bounding box then includes these points.
+        // Crossings to neighbours outside extend the box.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -30,12 +30,12 @@ double longest_of(const dvec3& v) {
   return std::max({v.x, v.y, v.z});
 }
 
-/// Throws Error if the body is too small or too large for a tooth or a bone.
+/// Throws Error if too small or large for a tooth or bone.
 void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options,
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  // a unit of length for the error message; with this unit, the body would have a plausible size
+  // a unit that would fit
   std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
@@ -78,7 +78,7 @@ DenseTissue volume_around(const ImportRegion& bounds, const ImportOptions& optio
   return out;
 }
 
-/// Returns the triangles for which wanted(triangle) is true, in voxel coordinates.
+/// In voxel coordinates.
 template <class Wanted>
 std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wanted wanted) {
   std::vector<Triangle> triangles;
@@ -92,19 +92,17 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
-/// Throws Error if the distances and labels need too much memory. `deepest` is the largest distance (voxels) that is
-/// computed. `labels` is the memory for labels in bytes per voxel.
+/// Throws Error. `deepest`: voxels; `labels`: bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
-  // kResult: memory of the result, bytes per voxel. kResidue: bytes, memory that does not depend on the size. Both were
-  // measured with typodont bench import.
+  // bytes per voxel; fixed bytes (typodont bench import)
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
                  options, report);
 }
 
-/// Stores distances and tissues. `label(p, d)` returns the tissue at the sample p, whose distance is d (m).
+/// `label(p, d)`: tissue at p with distance d (m).
 template <class Label>
 void store(const FilledMesh& filled, DenseTissue& out, Label label) {
   const double voxel = out.frame.voxel;
@@ -137,9 +135,7 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
-/// Returns the sum (m²) of the triangles' normals, each multiplied by the area of the triangle. The sum is zero for a
-/// closed surface. For an open surface, it points from the opening towards the opposite side, and its length is the
-/// area of the opening.
+/// m², Σ area × normal: 0 if closed, else from the opening to the far side.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -149,16 +145,13 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. The result is at most 45 degrees away from `start`,
-/// a first estimate. The height of a point is measured along the normal. The function chooses the normal for which the
-/// border's points have the smallest mean deviation from their median height. Because of the median, a part of the
-/// border that runs up over a crown does not tilt the plane. Each point has as weight the length of the next segment of
-/// the border, measured along the plane.
+/// Within 45° of `start`, least mean deviation from the median height (so a rise over a crown does not tilt it),
+/// weighted by the length of segments.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    // for each segment of the border: the height of its first point, and its length along the plane
+    // first point's height, length along the plane
     std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -178,7 +171,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
     for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
     return total > 0 ? sum / total : 1e300;
   };
-  // Tries a grid of directions, and then smaller and smaller steps around the best direction.
+  // A grid, then ever smaller steps around the best.
   dvec3 best = start;
   double least = mean_distance(start);
   const auto look_around = [&](const dvec3& from, double step, int reach) {
@@ -199,12 +192,11 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   return best;
 }
 
-/// Returns the direction from the flat base of a closed mesh (a plaster model, a scan closed by other software) to the
-/// teeth. The base is the flattest side: of all planes that touch the mesh from outside, its plane has the largest area
-/// of triangles in it or just below it. Returns zero if no side is clearly the flattest.
+/// Of a closed mesh: away from the flattest side, whose touching plane has the most area in or just below it. Zero: no
+/// clear one.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
-    dvec3 normal, middle;  // unit normal of the triangle, and centre of the triangle in m
+    dvec3 normal, middle;  // unit normal; centre, m
     double area;
   };
   std::vector<Face> faces;
@@ -217,8 +209,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // A mesh with very many small triangles would take long. So of the small triangles, only every n-th one (n: `every`)
-  // is used, with n times its area.
+  // Of very many small triangles, every n-th with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -228,12 +219,12 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  // m; a triangle belongs to the base if the distance of its centre from the plane of the base is at most this
+  // m from the base's plane
   constexpr double kDeep = 1.5e-3;
-  // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
+  // cosine to the base's normal
   constexpr double kSlope = 0.9;
-  constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
-  constexpr double kClear = 1.3;     // the base's area must exceed the area of any other side by this factor
+  constexpr double kLeast = 0.08;    // of the mesh's area
+  constexpr double kClear = 1.3;     // over any other side
   constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
   struct Side {
     dvec3 out{0};
@@ -243,7 +234,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of the triangles at this side is a better estimate of the side's normal. So it replaces `out`.
+    // The mean normal of its triangles is better.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);
@@ -258,8 +249,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // A side competes with the base only if it faces clearly another direction: the cosine of the angle between the
-  // outward directions of the side and the base is less than this.
+  // cosine; other sides must face clearly elsewhere
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -268,7 +258,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   return base.area > kLeast * whole && base.area > kClear * other ? -base.out : dvec3(0);
 }
 
-/// Removes loose pieces whose area is less than 2 % of the largest piece's area. Returns the number of removed pieces.
+/// Pieces below 2 % of the largest. Returns their number.
 std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kLeast = 0.02;
   const Shells shells = shells_of(mesh, false);
@@ -284,7 +274,7 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Divides a polygon into triangles (ear clipping). The corners of the polygon and of the triangles are anticlockwise.
+/// Ear clipping, anticlockwise.
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
     const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
@@ -294,8 +284,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // An ear is a corner that can be cut off as a triangle. A border that crosses itself may have no ear. In this case,
-    // the straightest corner of the border is cut off.
+    // A self-crossing border may have no ear: then its straightest corner.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -318,8 +307,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   return triangles;
 }
 
-/// Adds a base to a mesh: walls from a border down to a plane below all points, and a floor in this plane. `up` is a
-/// unit vector.
+/// Walls down to a plane below all points, and a floor. `up`: unit.
 void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   double lowest = 1e300;
   for (const dvec3& p : mesh.points) lowest = std::min(lowest, glm::dot(p, up));
@@ -334,8 +322,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The outline lists the points of the floor in the order of the border, and so in the orientation of the scanned
-    // surface, which faces up. The floor must face down, so the last loop adds its triangles in reversed order.
+    // The outline faces up, the floor down.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -352,19 +339,16 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Returns the redness of a colour relative to its brightness. Gingiva has a high value, and teeth have a low value.
+/// Relative to brightness: high for gingiva.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// Fits the plane z = a·x + b·y + c through the upper points of a surface. After each fit, the points that lie more
-/// than 2 mm below the plane are removed, and the fit is repeated. Returns no value if the points do not span a plane,
-/// or if the plane is steeper than 30 degrees.
+/// z = a·x + b·y + c through the upper points; drops those 2 mm below, and repeats. Empty: no plane, or above 30°.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // kBelow: m; points farther below the plane than this are removed. kSteepest: tangent of the largest allowed angle
-  // between the plane and the horizontal.
+  // m below: dropped; tangent of the steepest
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
@@ -386,9 +370,7 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Finds the threshold that divides values into two groups so that the groups differ most (Otsu 1979). Returns no value
-/// if the values form a single group: the variance between the two groups is then at most 0.6 of the variance of all
-/// values.
+/// Otsu 1979; empty if the groups explain at most 0.6 of the variance.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -405,7 +387,7 @@ std::optional<double> bound_between(std::vector<double> values) {
   return variance > 0 && best > kOneGroup * variance ? std::optional(bound) : std::nullopt;
 }
 
-/// Finds which points of an arch are gingiva. The result has one byte per point.
+/// One byte per point.
 std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh& mesh, const dvec3& up, double crown,
                                    std::vector<std::string>& notes) {
   std::vector<std::uint8_t> gum(mesh.points.size(), 0);
@@ -423,14 +405,12 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
                 "an open scan, a scan with colours, or a base that is flatter than any other side, so that it is known "
                 "where the teeth are");
   }
-  // Without colours, a point is gingiva if it lies far below the highest point nearby; heights are measured along `up`.
-  // A point far below the plane of the cusps is also gingiva: it has no tooth nearby, and belongs to the floor of the
-  // mouth or to the palate. kReach is the edge (m) of the cells in which the highest points are found. It is so large
-  // that a cell or its neighbour includes a cusp of the same tooth or of the next tooth.
+  // Without colours: far below the highest point in cells of kReach (m), large enough for a cusp, or far below the
+  // plane of the cusps (floor of the mouth, palate).
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  // m; a point is gingiva if it lies more than `crown` + kFarBelow below the plane of the cusps
+  // m, beyond `crown`, below the cusps' plane
   constexpr double kFarBelow = 3e-3;
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
@@ -482,9 +462,9 @@ ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions&
 }
 
 double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
-  // In m. kDefault: voxel edge if the user states none. kStep: by this step it is enlarged until the volume is allowed.
+  // m; kStep: growth until the volume is allowed
   constexpr double kDefault = 0.1e-3, kStep = 0.01e-3;
-  // voxels on all sides together that the volume of a mesh has besides the band
+  // voxels beside the band, on all sides together
   constexpr double kMargin = 8;
   const auto extent = [&](double voxel) { return bounds.hi - bounds.lo + 2 * options.band + kMargin * voxel; };
   constexpr double kLongest = 1;  // m; meshes that are farther apart belong to different frames
@@ -522,14 +502,13 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report.notes);
   const double voxel = out.frame.voxel;
 
-  // A shell (connected surface) that does not lie inside another shell is the surface of a body. A shell inside the
-  // body is the surface of a hollow.
+  // Shells inside no other are bodies, inside are hollows.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
-  // Largest fraction of a tooth's volume that pulp can have. In a young molar, pulp has about a tenth of the volume.
+  // of a tooth; a young molar has about a tenth
   constexpr double kMostPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
   if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
@@ -546,8 +525,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // The surface of a hollow faces into the hollow. Its triangles are reversed, so that the hollow becomes a solid part
-  // of its own.
+  // A hollow becomes a solid part: its triangles are reversed.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -555,12 +533,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules for the tissues; lengths are in m.
-  // In a tooth, enamel covers the crown, which is the fraction kCrownShare of the tooth's length. The enamel has the
-  // thickness `shell`, which decreases to zero in the lowest part of the crown, over the height kTaper. The pulp fills
-  // the closed hollows of the mesh; without hollows, all tissue deeper than kPulpDepth is pulp. All other tissue is
-  // dentin.
-  // In a bone, cortical bone of the thickness `shell` lies outside, and cancellous bone inside.
+  // m. Tooth: enamel of `shell` on the crown (kCrownShare of the length), thinning over kTaper; pulp in hollows, else
+  // below kPulpDepth; dentin elsewhere. Bone: cortical of `shell`, cancellous inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -572,10 +546,10 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // The crown is at the wider end of the body's longest axis.
+  // At the wider end of the longest axis.
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  // for each x: number of the body's voxels in the lower half and in the upper half of the longest axis
+  // per x: voxels in the lower and upper half of the longest axis
   std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
@@ -609,8 +583,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // In m. kSmallHole: holes with a longer border than this are not closed at first. kLeast and kMost: smallest and
-  // largest length of an arch. kBaseDepth: depth of the base below the lowest point.
+  // m: border of holes left open at first; lengths of an arch; depth of the base below the lowest point
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -624,8 +597,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   const ImportRegion bounds = bounds_of(mesh);
   check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kLeast, kMost);
 
-  // Closes the small holes, so that only large openings remain. The area vector of the mesh then points from the
-  // longest border to the surface, because the surface's triangles face up.
+  // Small holes closed: the area vector points from the longest border to the surface.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -666,8 +638,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // In m. kUsualCrown: usual height of a crown. kUsualEnamel: usual thickness of enamel. kTaper: height of the lowest
-  // part of the crown, in which the enamel becomes thinner. kGumDepth: thickness of the gingiva.
+  // m: crown, enamel, taper, gingiva
   constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;
@@ -687,14 +658,13 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const double shell = options.shell.value_or(kUsualEnamel);
   const double deepest = std::max({options.band, shell + 2 * voxel, kGumDepth + 2 * voxel});
   const std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, [](std::size_t) { return true; })};
-  // bytes per voxel for the distances to teeth and gingiva, and for the marks of their surfaces
+  // bytes per voxel, for both distances and marks
   constexpr double kTeethAndGum = 10;
   require_memory_for(out, parts, deepest / voxel, kTeethAndGum, options, report);
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.7);
 
-  // Computes the distances of every sample to the scanned surface of the teeth and to the surface of the gingiva. The
-  // base counts as gingiva.
+  // The base counts as gingiva.
   Mask teeth_at(out.size, 0), gum_at(out.size, 0);
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     std::size_t gums = 0;

@@ -21,16 +21,15 @@
 namespace typodont::haptics::importing {
 
 namespace {
-// voxels, standard deviation of the Gaussian that reduces noise before the histogram is computed
+// voxels, before the histogram
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// Imports `scan`, which is a whole scan or a region of one. `known` has the grey values of the tissues in the whole
-// scan. If it is null, the grey values are found in `scan`.
+// A scan or region. `known`: grey values of the whole scan; null: found here.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Makes the scan coarser: each block of k.x × k.y × k.z voxels becomes one voxel with the mean grey value of the block.
+// Blocks of k.x × k.y × k.z voxels become their mean.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -52,8 +51,7 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// Returns the grey values of the scan on a grid with cubic voxels of the edge `voxel`, by interpolation. The grid
-// covers the scan's voxels from `lo` to `hi` (inclusive). Outside the scan, the value is `outside`.
+// Cubic voxels over lo … hi; `outside` beyond the scan.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -66,8 +64,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
-  // Interpolates along one axis after the other. For each sample of the result, Taps has the four nearest samples of
-  // the box along the axis, and their weights (Catmull-Rom).
+  // Axis by axis: four nearest samples and Catmull-Rom weights.
   struct Taps {
     std::array<int, 4> at;
     std::array<double, 4> weight;
@@ -115,7 +112,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // Sets the samples on the walls of the box to the grey value of the surroundings, because segment() requires this.
+  // segment() needs surroundings at the walls.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -126,13 +123,11 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// Closes canals at the walls of the box that cut them. Without this, a nerve canal or a root canal that leaves the box
-// would be connected to the surroundings and would not be recognised as a cavity. In the plane of samples at each wall,
-// the function finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes
-// outside the wall, it closes each hole with a lid of the grey value `fill`.
+// A canal cut by a wall would be outside. In each wall's plane, dark holes (up to `bound`, `widest` m) get lids of grey
+// `fill` in the two planes beyond.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
-  constexpr int kRim = 2;  // number of samples by which a lid overlaps the tissue around its hole
+  constexpr int kRim = 2;  // overlap of a lid, samples
   for (int a = 0; a < 3; ++a) {
     const int u = (a + 1) % 3, v = (a + 2) % 3;
     for (int side = 0; side < 2; ++side) {
@@ -147,8 +142,7 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // number of the component that contains the first sample; it is the surroundings, because they enclose the tissue
-      // in every plane
+      // surroundings enclose the tissue in every plane
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
@@ -179,7 +173,7 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
   }
 }
 
-// Returns the part of the scan that lies in the region.
+// Part in the region.
 static Scan cropped(const Scan& scan, const ImportRegion& region) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
   const glm::ivec3 hi =
@@ -212,7 +206,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   return piece;
 }
 
-// Finds the grey values of the tissues. `smooth` contains the scan's grey values after slight smoothing.
+// `smooth`: slightly smoothed.
 static ScanGreys greys_without_shading(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
                                        const ImportOptions& options) {
   ScanGreys greys;
@@ -224,10 +218,8 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // segment() finds the surface of the jaw where the grey value is halfway between the surroundings and the tissue just
-  // below the surface. The grey value of this tissue is measured, but limited to the range from levels.soft to
-  // levels.dense. In a jaw, the range extends from cancellous bone to the brightest material, which is metal, or enamel
-  // if there is no metal.
+  // Half-way between surroundings and tissue below, within levels.soft … levels.dense: cancellous bone to metal or
+  // enamel.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
@@ -235,7 +227,7 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
   return greys;
 }
 
-// Finds the grey values of the tissues after it has removed the shading of a jaw from `scan` and from `smooth`.
+// After removing a jaw's shading from both.
 static ScanGreys greys_of(const std::filesystem::path& file, Scan& scan, Grid<float>& smooth,
                           const ImportOptions& options) {
   std::optional<Shading> shading;
@@ -259,7 +251,7 @@ ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportO
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  // A human tooth is 10 to 35 mm long. In voxels larger than 0.7 mm, its tissues cannot be distinguished.
+  // A tooth is 10 to 35 mm long, and blurs beyond 0.7 mm.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
@@ -279,7 +271,7 @@ Imported import_region(const std::filesystem::path& file, const Scan& scan, cons
 // Adds notes about the largest bodies that were not imported.
 static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t main, const Scan& scan,
                                  ImportReport& report) {
-  constexpr double kLeast = 0.3e-6;  // m³, smallest volume of a body that is worth a note
+  constexpr double kLeast = 0.3e-6;  // m³, worth a note
   constexpr std::size_t kMost = 4;
   const double voxel = scan.spacing.x * scan.spacing.y * scan.spacing.z;
   std::vector<const Body*> others;
@@ -300,8 +292,7 @@ static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t ma
   }
 }
 
-// Returns the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the standard deviation
-// `border` (m) of the border's position.
+// Area of the border × its σ (m).
 static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
   PerTissue faces{};
   for (int x = 1; x + 1 < t.size.x; ++x) {
@@ -315,8 +306,7 @@ static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
       }
     }
   }
-  // Voxel faces approximate a surface by steps, so their area is larger than the true area of the surface. This is the
-  // mean ratio of the two areas for a surface at a random angle to the axes.
+  // Mean area of voxel faces / of the true surface.
   constexpr double kFacesPerArea = 1.5;
   for (double& of_tissue : faces) of_tissue *= t.frame.voxel * t.frame.voxel / kFacesPerArea * border;
   return faces;
@@ -344,8 +334,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Finds the body approximately. This first result is used only for the tissues' grey values and the box around the
-  // body.
+  // Approximate body, only for grey values and the box.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   if (known && known->shading) known->shading->remove_from(scan);
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
@@ -378,7 +367,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const std::size_t main = main_body(bodies, Levels::kLeastTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
-  // m³, total volume of the blocks of voxels that contain tissue or lie next to such a block
+  // m³ in blocks with tissue and their neighbours
   const double near_tissue =
       fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;
   solid = Mask();
@@ -408,14 +397,11 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Memory in bytes per voxel, measured with typodont bench import. kRead: the whole scan, while it is read and its
-    // histogram is computed. kBox: the box around the body. kSegmented: the blocks near the body, during segmentation.
-    // kKept: the same blocks, afterwards. kPlaced: the blocks near the surface, if the result has another grid.
-    // kResult, kGrey: the result. kResidue is a number of bytes that does not depend on the size.
+    // bytes per voxel (typodont bench import): whole scan; body's box; blocks while segmented, kept, placed on another
+    // grid; result; fixed bytes
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    // memory for the labels of a jaw, and for the borders of thin tissues in a tooth, in bytes per voxel of the blocks
-    // near the body
+    // bytes per voxel near the body, for jaws and teeth
     constexpr double kJaw = 70, kTooth = 35;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
@@ -431,7 +417,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result has the same grid as the scan, segment() also computes the distances of the result.
+  // On the same grid, segment() also computes distances.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -444,7 +430,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  // m, largest widths of a nerve canal and of a root canal that are closed where a wall of the box cuts the canal
+  // m, widest closed nerve and root canal
   constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
@@ -464,7 +450,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // Positions the result's grid so that one of the grid's samples coincides with a sample of the working grid.
+  // One sample shared with the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -482,7 +468,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // displacement from the index of a sample in the result to the index of the same sample in `field`
+  // from the result's index to `field`'s
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 
@@ -532,7 +518,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     }
   });
 
-  // In a jaw, teeth and bone have a second uncertainty: the volume that the random walker may have labelled wrongly.
+  // In a jaw also the random walker's doubt.
   const double contrast = levels.dense ? *levels.dense - levels.soft : levels.soft - levels.outside;
   report.volume_uncertainty = volume_uncertainty(
       out, report.jaw ? report.jaw->border : working * border_uncertainty(levels.noise / contrast, s.blur));
@@ -543,7 +529,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (tooth && levels.dense) {
     constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
     const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
-    // Twice the uncertainty covers the whole volume that such canals can have.
+    // Twice the uncertainty covers all such canals.
     for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
     if (unseen >= 1 * kCubicMillimetre)

@@ -25,13 +25,9 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
   return large;
 }
 
-// Computes for every bright sample the probability that it belongs to a tooth. It is the probability that a random walk
-// from the sample comes to a tooth's crown before it comes to bone (random walker, Grady 2006, "Random walks for image
-// segmentation"). Steps through dim samples have a small probability. So the walk hardly crosses the periodontal
-// ligament between tooth and bone, which may count as bright but is dimmer than tooth and bone. The linear equations
-// are solved by conjugate gradients until the squared residual has decreased by the factor `residual`. From a sample of
-// `bone`, the walk does not continue. From any other sample, it comes to bone in the next step with the weight
-// `into_bone` of this sample.
+// Random walker (Grady 2006, "Random walks for image segmentation"): probability of reaching a crown before bone. Dim
+// steps are unlikely, so the ligament separates. Conjugate gradients down to `residual`. `bone` absorbs; elsewhere the
+// walk comes to bone with weight `into_bone`.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const Sparse<float>& into_bone, const JawGreys& greys,
                                 double residual, const std::function<void(double)>& progress) {
@@ -50,8 +46,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // weight of the random walk's step between the dimmest samples that count as bright; steps between brighter samples
-  // have larger weights
+  // of a step between the dimmest bright samples
   constexpr double kLeast = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -75,8 +70,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     diagonal[k] = sum;
     b[k] = known;
   });
-  // Calls part(from, to) for ranges of unknowns on all processor cores and returns the sum of the results. The ranges
-  // do not depend on the number of cores, so the sum does not either.
+  // Sum of part(from, to) over fixed ranges: independent of the cores.
   constexpr std::size_t kRange = 16384;
   std::vector<double> sums((n + kRange - 1) / kRange);
   const auto sum_of = [&](auto part) {
@@ -130,7 +124,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   return probability;
 }
 
-// Computes the eigenvalues of a symmetric matrix in increasing order (Smith 1961).
+// Ascending (Smith 1961).
 glm::dvec3 eigenvalues(const glm::dmat3& a) {
   const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
   const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
@@ -143,8 +137,7 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// Computes the matrix of second derivatives at a sample. It is zero at the walls of the box, because there is no tissue
-// there.
+// Zero at the walls.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
   if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
@@ -159,13 +152,10 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// Returns the grey values without the dim outer edge of the body (Segmentation::grey), but keeps the narrow gaps
-// between roots and their sockets. Such a gap is a dark valley between two bright sides. In a valley, the scan's own
-// grey value is used instead of the brightest value further inward.
+// Segmentation::grey, with the gaps between roots and sockets: in a dark valley, the scan's own value.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
-  // Smallest second derivative of the grey value across a dark valley, per voxel² and as a fraction of the contrast
-  // between hard and soft tissue. A ligament that is one voxel wide has three times this value.
+  constexpr double kSmooth = 0.8;  // voxels
+  // per voxel², of the hard–soft contrast; a ligament of one voxel has three times this
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -178,10 +168,8 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
-// ones). All contrasts are fractions of the layer's true contrast. `dip` is the contrast at the middle of the layer,
-// which the scan's blur has reduced. If w is the layer's width and σ the standard deviation of the blur, then dip =
-// erf(w / (2√2 σ)), and the contrast at the borders of the layer is erf(w / (√2 σ)) / 2.
+// dip = erf(w / (2√2 σ)) in the middle of a layer of width w; at its borders erf(w / (√2 σ)) / 2. Fractions of the true
+// contrast.
 class LayerBound {
  public:
   LayerBound() {
@@ -198,21 +186,15 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Computes the grey value at the border between a canal in bone and the canal's bright wall. Grey values are scaled: 0
-// in the canal, 1 in a thick wall, `beyond` in the bone outside the wall. At the border of a thick wall, the grey value
-// is about 0.5. Blur and smoothing make a thin wall darker, so the grey value at its border is lower. The class
-// therefore finds the thickness of the wall from its brightest grey value, and the grey value at the border from the
-// thickness. Without a wall, the grey value at the border is halfway between the canal and the bone.
+// Grey value at a canal's border: 0 canal, 1 thick wall, `beyond` bone. The brightest value gives the wall's thickness,
+// and this the border's value; without a wall, half-way to the bone.
 class CanalBound {
  public:
-  /// `blur`: voxels, standard deviation of the scan's blur. The grey values are smoothed by smooth_in_place(g, sigma,
-  /// blur). `radius`: voxels, radius of the canal. It is needed, because the smoothing corrects curved surfaces only
-  /// where the grey values vary slowly. At the edge of a canal, the curvature still makes the grey value at the border
-  /// brighter.
+  /// `blur`, `radius` in voxels; greys smoothed by smooth_in_place(g, sigma, blur), which corrects curvature only where
+  /// they vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
     constexpr double kStep = 0.1, kThickest = 6;  // voxels
-    // On a scale from the bone (0) to the wall (1), only a brighter value than this shows a wall. Smaller values are
-    // variations of the bone.
+    // from bone (0) to wall (1); less is variation of bone
     constexpr double kWall = 0.2;
     least_ = glm::mix(beyond, 1.0, kWall);
     const double c = sharpening(sigma, blur), once = std::hypot(blur, sigma), twice = std::hypot(once, sigma);
@@ -220,7 +202,7 @@ class CanalBound {
     const auto curved = [](double x, double width) {
       return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
     };
-    // Returns the grey value at the distance x from a cylindrical edge of height 1, after blur and smoothing.
+    // Cylindrical edge of height 1 at x, blurred and smoothed.
     const auto edge = [&](double x, double curvature) {
       return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
              c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
@@ -245,31 +227,27 @@ class CanalBound {
   }
 
  private:
-  double least_;  // if the brightest value is smaller than this, there is no wall
-  // Table with one entry per thickness of a canal's bright wall, thin walls first. brightest_: the brightest grey value
-  // on a line across the wall. border_: the grey value at the border between canal and wall.
+  double least_;  // smaller: no wall
+  // per thickness, thin first: brightest value across the wall; value at its border
   std::vector<double> brightest_, border_;
 };
 
-// Returns the median, or no value if there are too few values.
+// Empty: too few.
 std::optional<double> median_of(std::vector<float>& values) {
-  constexpr std::size_t kLeast = 20;  // smallest number of samples from which a grey value is measured
+  constexpr std::size_t kLeast = 20;  // samples of a measured grey value
   if (values.size() < kLeast) return std::nullopt;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return static_cast<double>(*middle);
 }
 
-// Returns the median of the grey values deep inside a soft tissue, where the scan's blur hardly changes them: at a
-// depth of about 2.5 standard deviations of the blur (`blur`, voxels).
+// Median deep inside (about 2.5 `blur`, voxels).
 std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // The samples must lie deep below the border: by at least kBlurs × `blur` voxels or by at least kBlurs voxels,
-    // whichever is less. 0.5 is added, because the depth is measured from the nearest sample outside, half a voxel
-    // beyond the border.
+    // Depth of kBlurs × `blur` or kBlurs voxels, + 0.5: measured from samples outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -281,15 +259,12 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   return std::nullopt;
 }
 
-// Finds dark tubes of about 2.5 mm width in cancellous bone (after Frangi 1998). Across a tube, the grey value rises
-// steeply in both directions; along the tube, it hardly changes.
+// Tubes of about 2.5 mm (after Frangi 1998): steep across, constant along.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
-  // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
+  // m: radius, shortest canal, spacing of centre points
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // A sample can belong to a canal only if its tube measure is at least kLeastTube. The tube measure is the second
-  // derivative of the grey value across the tube, divided by the difference between the grey values of bone and canal.
-  // In a tube with the radius kRadius, the tube measure is about 1/3.
+  // second derivative across / contrast of bone and canal; about 1/3 at kRadius
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -317,7 +292,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // Finds the direction in which the canal is longest, by power iteration.
+    // Longest direction, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -331,8 +306,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
     if ((hi - lo) * voxel < kLeastLength) continue;
-    // Divides the canal into slices perpendicular to its longest direction and computes the centre of each slice. The
-    // samples are weighted by their tube measure.
+    // Slices across it; centres weighted by the tube measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
     std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
@@ -358,28 +332,18 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects the border between the pulp and the dentin of the teeth. Because of the blur, narrow canals appear too
-// narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
-// the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
-// of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
-// ball around the sample. If the number of darker samples in the ball is smaller than this volume, the sample becomes
-// pulp, otherwise dentin. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth` marks the
-// teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard deviation of the
-// scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for a pulp that is
-// too narrow to measure its own grey value. `brightest_soft` replaces the pulp's own grey value if that is much
-// brighter.
+// Blur narrows canals but keeps their deficit, Σ (dentin − grey): volume = deficit / (dentin − pulp). Near the border,
+// a sample is pulp if fewer darker ones than this lie in its ball. `to_crown`: squared; `blur`: voxels;
+// `soft_elsewhere`: for pulps too narrow to measure; `brightest_soft`: replaces a much brighter pulp.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     double brightest_soft, Sparse<Tissue>& tissue) {
-  // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kBall: radius of the
-  // ball, which reaches beyond the far side of a canal.
+  // voxels: reach of the blur; ball beyond a canal's far side
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  // Smallest number of samples from which a grey value is measured. kLeast: samples near one sample; kEnough: samples
-  // in all teeth.
+  // samples: near one, in all teeth
   constexpr std::size_t kLeast = 20, kEnough = 200;
-  // limits of the fraction of pulp in one sample; kBrightest is below 0, because noise or enamel can make a sample
-  // brighter than dentin
+  // of the pulp fraction; below 0 for noise and enamel
   constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
@@ -392,9 +356,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
-  // Finds dentin whose grey value the blur does not change, because it is farther than kUnblurred from other tissues.
-  // If the roots are too thin for it, less distance is required: dentin that is slightly too dark is a better reference
-  // than greys.hard, which is mostly bone.
+  // Unblurred dentin, or nearer if roots are thin: greys.hard is mostly bone.
   constexpr double kUnblurred = 3, kLeastFar = 1.5;
   SparseMask core_mask;
   std::vector<float> dentin_greys;
@@ -413,9 +375,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
   const double dentin = median_of(dentin_greys).value_or(greys.hard),
                own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
-  // Streaks of metal can make the few samples deep inside the pulp much too bright. Such a grey value is not used. In
-  // phantoms without streaks, the grey values of pulp and nerve differ by less than 0.02 of the contrast.
-  constexpr double kStreaks = 0.05;  // as a fraction of the contrast between dentin and soft tissue
+  // Streaks brighten deep pulp; without them, pulp and nerve differ by less than 0.02.
+  constexpr double kStreaks = 0.05;  // of the dentin–soft contrast
   const double soft = own > brightest_soft + kStreaks * (dentin - brightest_soft) ? brightest_soft : own;
   const auto near_canal = [&](std::size_t i) {
     return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
@@ -423,7 +384,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   };
   Sparse<Tissue> corrected = tissue;
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    // Samples deep in the pulp or far from it keep their labels.
+    // Deep in the pulp or far from it: labels stay.
     if (!near_canal(i) || into_pulp.v[i] > kBlurred * kBlurred) return;
     double core = 0, samples = 0, darker = 0;
     const auto pulp_fraction = [&](double grey, double bright) {
@@ -455,14 +416,10 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   tissue = std::move(corrected);
 }
 
-// Separates the teeth in the mask of all teeth. The depth of a sample is its distance from the surface of the mask.
-// From each local maximum of the depth, a tooth grows to samples of decreasing depth. Two teeth that meet become one
-// tooth, unless the depth at the place where they meet is much smaller than the largest depth of each tooth (a contact
-// between neighbouring teeth). Only teeth with samples of `crown` are returned. Positions are in samples, volumes in
-// numbers of samples.
+// Teeth grow from maxima of depth (distance from the mask's surface) outwards; two are one unless they meet much
+// shallower than each is deep. Only those with `crown`. Samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // kDeepest: m; samples deeper than this count as equally deep. kContact: two teeth that meet stay separate if the
-  // depth at this place is less than kContact times the largest depth of the shallower tooth.
+  // m, equally deep beyond; depth of a contact / of the shallower tooth
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -531,7 +488,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
   constexpr int kBins = 300;
-  // Hounsfield units; enamel is not brighter than this, and brighter voxels are metal
+  // Hounsfield units, brightest enamel
   constexpr double kBrightest = 3600;
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
@@ -547,7 +504,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Computes the two thresholds that minimise the variance within the three classes (Otsu 1979).
+  // Least variance within three classes (Otsu 1979).
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -565,9 +522,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Finds the most frequent grey value of each class of material.
+  // Most frequent value per class.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    // half width, in bins, of the window over which the histogram is summed before its maximum is found
+    // bins, half window of the maximum
     constexpr std::size_t kHalf = 6;
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
@@ -581,11 +538,10 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Enamel must exceed dentin and cortical bone by this factor in density.
+  // of enamel over dentin and cortical bone
   constexpr double kDenser = 1.3;
-  // If the scan contains bones of different densities (for example, a jaw and a spine), the brightest class can
-  // contain bone, dentin and enamel. In this case, the class is divided again, and only its brighter part is enamel.
-  constexpr double kLeastEnamel = 0.003;  // smallest amount of enamel, as a fraction of the bright voxels
+  // Mixed bones: the brightest class is divided again.
+  constexpr double kLeastEnamel = 0.003;  // of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
   for (std::size_t c = crown + 1; c < kBins; ++c) {
@@ -596,16 +552,15 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
     greys.hard = mode(crown, third);
     greys.enamel = upper;
   }
-  // Metal must be much brighter than enamel: it must exceed enamel by more than enamel exceeds dentin.
+  // Brighter than enamel by more than enamel over dentin.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // smallest number of metal voxels; if there are fewer, the scan has no metal
+  constexpr std::size_t kLeastMetal = 40;  // voxels; fewer: no metal
   if (metal.size() >= kLeastMetal) {
-    // The third quartile is used instead of the median, because many voxels at the borders of the metal are too
-    // dark.
+    // Third quartile: borders of metal are too dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
@@ -627,9 +582,8 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Smooths the grey values to reduce noise. Also restores the true width of thin layers (pulp, ligament, wall of a
-  // canal), which the scanner's blur has changed.
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
+  // Less noise; restores thin layers that blur has changed.
+  constexpr double kSmooth = 0.8;  // voxels
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
@@ -637,9 +591,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
-  // next to marrow, which may be bone.
-  // In mm³: crowns smaller than kLeastCrown and regions of marrow smaller than kLeastMarrow are ignored.
+  // Three masks: certain crowns, marrow, bright samples beside it. mm³: smaller regions are ignored.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -657,8 +609,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Finds the outer plate of the jaw, far from crowns. Samples near a wall that cuts the jaw are excluded, because they
-  // may belong to a cut root.
+  // Outer plate far from crowns, and from walls that cut the jaw.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
@@ -675,18 +626,15 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);
-  // Weights of the random walk's step into bone. Samples next to cancellous bone have a small weight, because they may
-  // also belong to a root without a bright wall. With kMarrow, a root of 3 mm width is labelled as tooth up to about 15
-  // mm from its crown. Samples of the outer plate also have a small weight, because a root may lie inside the plate. On
-  // average, the walk comes kInPlate far in the plate (m).
+  // Beside marrow small, for roots without a bright wall (3 mm wide: tooth up to 15 mm from its crown); in the plate
+  // small, for roots inside (kInPlate, m).
   constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
   const double in_plate = voxel * voxel / (kInPlate * kInPlate);
   Sparse<float> into_bone(set, 0, 0);
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // A first walk finds roots inside the outer plate. The rest of the plate is certainly bone, so the second walk ends
-  // there.
+  // The first walk finds roots in the plate; the rest absorbs the second.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
@@ -694,8 +642,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, bone, into_bone, greys, kFine,
                                                       [&](double done) { progress(0.4 + 0.3 * done); });
 
-  // A tooth includes its cavities. A space that is connected to the surroundings only by gaps of one sample also counts
-  // as a cavity.
+  // With cavities, also those open by gaps of one sample.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -705,7 +652,6 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
-  // Finds the nerve canals in the bone that remains after the teeth were found.
   progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
@@ -715,14 +661,13 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr int kCanalReach = 5;  // voxels, largest distance of a canal's samples from its middle
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // The core of a canal: dark samples that are connected to the canal's middle. Other dark samples are noise.
+  // Dark and connected to the middle; the rest is noise.
   SparseMask core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
            !brighter(i, greys.canal());
   });
   SparseMask nerve(set, 0, 0), nerve_wall(set, 0, 0);
-  // `soft` is the measured grey value of the nerve. Without a nerve, it is that of water, and pulp can be brighter by
-  // kBrightestPulp Hounsfield units.
+  // `soft`: measured nerve, else water, and pulp up to kBrightestPulp HU above.
   constexpr double kBrightestPulp = 120;
   double soft = greys.soft, brightest_soft = greys.soft + kBrightestPulp;
   if (!out.report.canals.empty()) {
@@ -736,7 +681,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     });
     if (const std::optional<double> inside = grey_inside(scan, core, s.true_blur)) soft = brightest_soft = *inside;
     const Sparse<float> to_core = distance_squared_to(core, 3);
-    // The grey value of dense bone is measured far from teeth, because dentin may be brighter than bone.
+    // Far from teeth: dentin may be brighter.
     std::vector<float> plate_greys;
     for (std::size_t i = 0; i < plate.v.size(); ++i) {
       if (plate.v[i] && s.surface.distance[set->place(i)] < -2) plate_greys.push_back(grey.v[i]);
@@ -749,7 +694,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
     const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
     const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
-    double length = 0, volume = 0;  // total length of all canals in voxels, and number of their samples
+    double length = 0, volume = 0;  // voxels; samples
     for (const JawCanal& found : out.report.canals) {
       for (std::size_t k = 1; k < found.centre.size(); ++k)
         length += glm::length(found.centre[k] - found.centre[k - 1]);
@@ -757,8 +702,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // From each sample, a ray runs in the direction in which the grey value rises, and the brightest grey value on it
-    // is found. If the opposite direction does not lead into the canal, bright bone on the ray is not the canal's wall.
+    // Brightest value along the rise; a wall only if the opposite way leads into the canal.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -774,7 +718,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
       for (double t = kStep; t <= kLongest; t += kStep)
         brightest.v[i] = std::max(brightest.v[i], sample(exact, glm::dvec3(p) + t / steep * slope));
     });
-    // The largest of several noisy grey values exceeds the true one by about this number of standard deviations.
+    // σ by which the largest of several exceeds the truth
     constexpr double kMostOfNoise = 0.5;
     const double excess = kMostOfNoise * noise * noise_left(kSmooth, s.true_blur);
     const auto bound_at = [&](std::size_t i) {
@@ -783,16 +727,14 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     nerve = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
     });
-    // A sample beside the nerve belongs to the wall if the wall is bright, although the sample's own grey value is
-    // between those of nerve and wall.
+    // Beside the nerve, a bright wall includes its blurred samples.
     const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
     nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();
     });
   }
 
-  // At the border of dentin, the grey value is halfway between dentin and soft tissue. If the soft layer is so thin
-  // that the blur fills it, the grey value at the border is brighter than halfway.
+  // Dentin's border: half-way to soft tissue, brighter for thin layers.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
@@ -802,9 +744,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // A sample at the blurred edge between metal and dentin is as bright as enamel, but must not become enamel.
-  // The border of metal is halfway between the grey values of metal and of the tissue beside it, which is enamel or
-  // dentin. The darkest grey value within kBeside voxels tells which of them it is.
+  // Blurred edges of metal look like enamel. The border is half-way to the darkest value within kBeside voxels.
   SparseMask metal(set, 0, 0);
   if (greys.metal) {
     constexpr int kBeside = 3;

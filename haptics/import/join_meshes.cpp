@@ -12,14 +12,12 @@ namespace {
 
 constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
 
-/// All meshes have the same voxel size, and their volumes lie on one common grid. Returns the position of a volume's
-/// first voxel in this grid.
+/// First voxel in the common grid.
 glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// Joins volumes on a common grid. `kept` is the memory of these volumes in bytes. Stores in the report the volume (m³)
-/// of the overlap: the space that lies in more than one of the volumes.
+/// `kept`: bytes of the volumes. Reports the overlap (m³).
 DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
                    ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;
@@ -60,7 +58,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   if (meshes.empty()) throw Error("INPUT", "", "no mesh", "one mesh or more");
   Imported all;
   ImportReport& report = all.report;
-  // The voxel size is chosen or refused before the first mesh is filled, because all meshes together form one volume.
+  // Before the first mesh: all share one volume.
   ImportRegion bounds;
   const auto in_result = [&](const PlacedMesh& mesh) {
     ImportOptions own = options;
@@ -106,8 +104,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     volumes.push_back(std::move(one.tissue));
   }
   all.tissue = joined(volumes, kept, options, report);
-  // With the preset for teeth, measure() would also compute the fraction of false dentin, which is defined only for a
-  // single tooth. So the preset for bones is used.
+  // False dentin means a single tooth.
   importing::measure(all, ImportPreset::kBone);
   turn(all, options.turn);
   if (options.progress) options.progress(1);

@@ -17,8 +17,7 @@ static double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Returns the grey values of the voxels on the walls of the box. Most of these voxels belong to the surroundings,
-// unless tissue covers more than half of the walls.
+// Mostly surroundings.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -32,7 +31,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // Returns 1.4826 times the median absolute deviation, which estimates the standard deviation.
+  // Estimates σ.
   return 1.4826 * quantile(values, 0.5);
 }
 
@@ -43,7 +42,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  // Uses only uniform regions, because at an edge the grey value is a mixture of two tissues.
+  // Uniform regions: edges are mixtures.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
   for_each_slab(greys.size.x, [&](int x) {
@@ -67,7 +66,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // Smooths the histogram with a Gaussian. Its standard deviation is that of the noise, within limits.
+  // By the noise, within limits.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
@@ -81,9 +80,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Finds the peaks of the histogram, from the highest to the lowest. Between a peak and a higher peak lies a valley.
-  // If a peak rises above the lowest value of this valley by less than 40 % of the peak's own height, it counts as part
-  // of the higher peak.
+  // Highest first. A peak that rises above the valley to a higher one by less than 40 % of its height belongs to it.
   struct Hill {
     int top;
     double pass = 0;
@@ -114,8 +111,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // Two peaks meet at this bin, which is the lowest bin of the valley between them. The lower peak ends here: it
-      // becomes part of the higher peak, or counts as a peak of its own.
+      // The valley's lowest bin: the lower peak ends here.
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
@@ -130,7 +126,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // A bin belongs to the peak at which one arrives if one climbs the histogram from this bin.
+    // A bin belongs to the peak that is reached by climbing from it.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -151,7 +147,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
     if (hill.top < 0) continue;
-    // Computes the position of the peak's top more precisely than one bin, from a parabola through three points.
+    // Parabola through three points.
     const auto t = static_cast<std::size_t>(hill.top);
     double shift = 0;
     if (t > 0 && t + 1 < kBins) {
@@ -166,25 +162,20 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
 
 namespace {
 
-/// A scale of grey values that differ from Hounsfield units only by a constant. In Hounsfield units, air is −1000,
-/// water 0, and soft tissue from −120 (fat) to 80.
+/// Hounsfield units plus a constant: air −1000, water 0, soft tissue −120 (fat) to 80.
 struct HounsfieldScale {
   double offset;
-  std::string source;  // text for the user that states how the scale was found
+  std::string source;  // how it was found, for the user
 };
 
-/// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart. If there are no such peaks, the
-/// scale is found from the smallest grey value `lo` and the largest grey value `hi`: they may be plain Hounsfield
-/// units. Otherwise returns no value.
+/// Air and soft tissue about 1000 apart; else plain units, by `lo` and `hi`; else empty.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // Hounsfield units. The brightest voxel of the scan must be at least kLeastBone brighter than water, because the scan
-  // contains bone, and at most kMost brighter, because even metal is not brighter.
+  // HU of the brightest voxel: bone … metal
   constexpr double kLeastBone = 300, kMost = 8000;
-  // fraction of all voxels; the peak of air and the peak of soft tissue must each contain at least this fraction
+  // of all voxels, in each of both peaks
   constexpr double kLeastMass = 0.01;
-  // kUsual: grey values that mean 0 Hounsfield units in common scanners, the most frequent first. kNear: if the value
-  // that was found differs by less than this from one of them, the one in kUsual is used.
+  // usual zeros, most frequent first; within kNear of one, it is taken
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
@@ -207,7 +198,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   return found;
 }
 
-/// Returns the peak with the most voxels between two grey values. Very small peaks are ignored.
+/// Most voxels; tiny ones ignored.
 std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
   constexpr double kLeastMass = 0.002;
   const Peak* best = nullptr;
@@ -217,9 +208,7 @@ std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, d
   return best ? std::optional(best->level) : std::nullopt;
 }
 
-/// Applies the thresholds that the user gave for the surface and for the denser tissue. The surface lies exactly at the
-/// user's threshold. The grey values on both sides of the surface come from the peaks of the histogram, if there are
-/// such peaks.
+/// The surface lies at the user's threshold; both sides come from peaks, if any.
 void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
                     double brightest, Levels& levels) {
   if (options.surface_grey) {
@@ -229,11 +218,9 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // The material next to the tissue is soft tissue in a CT of a head, and air around an extracted tooth. It has the
-    // peak with the most voxels of all peaks between the surroundings and the threshold. If there is no such peak, the
-    // surroundings lie next to the tissue.
+    // Beside the tissue: the largest peak below the threshold, else the surroundings.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // grey value that the tissue has if the user's threshold is halfway between the tissue and the surroundings
+    // the tissue, if the threshold is half-way
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
@@ -270,7 +257,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo),
                 "tissue in a darker surround");
   }
-  // If the grey values are Hounsfield units plus a constant, each tissue has a known grey value.
+  // Hounsfield units: known values.
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
@@ -281,8 +268,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Selects the peaks that are brighter than the surroundings. A peak is omitted if it is much nearer to the
-  // surroundings than to the brightest peak, because it is soft tissue or pulp.
+  // Brighter than the surroundings, without soft tissue and pulp.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {
@@ -309,8 +295,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // In Hounsfield units: initial grey values of soft tissue and of cancellous bone. The surface is then initially at
-    // 300, halfway between these values. segment() improves it with the grey values nearby.
+    // HU, initial: surface at 300; segment() improves it.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

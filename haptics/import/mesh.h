@@ -15,27 +15,26 @@ using Color = std::array<std::uint8_t, 3>;  // sRGB
 struct Mesh {
   std::vector<glm::dvec3> points;           // m, positions of the mesh's points
   std::vector<std::array<int, 3>> corners;  // indices of each triangle's points
-  std::vector<Color> colors;                // colour of each point; empty if the file has no colours
+  std::vector<Color> colors;                // per point; may be empty
 };
 
-/// Counts the repairs that were made when a mesh was read.
+/// While reading.
 struct MeshRepairs {
   std::size_t collapsed = 0;  // number of removed triangles with two equal corners
-  std::size_t welded = 0;     // number of corners that were merged with another corner at almost the same position
-  std::size_t copies = 0;     // number of triangles that were removed because they were copies of other triangles
-  std::size_t turned = 0;     // number of triangles that were reversed to agree with their neighbours
-  // number of shells (connected surfaces) that were reversed because they were inside out
+  std::size_t welded = 0;     // merged corners
+  std::size_t copies = 0;     // removed copies
+  std::size_t turned = 0;     // triangles reversed to agree
+  // shells that were inside out
   std::size_t shells_turned = 0;
   std::size_t holes = 0;       // number of small holes that were closed
   std::size_t hole_edges = 0;  // total number of edges of the closed holes
-  // m, points of the mesh at which triangles were merged, removed, reversed or added; for a picture of the repairs
+  // m, of all repairs
   std::vector<glm::dvec3> places;
 
   std::vector<std::string> in_words() const;
 };
 
-/// kWeldShare and kWeldMost limit the distance (m) at which two points of a mesh count as equal. Points count as equal
-/// if they are closer than kWeldShare times the mesh's diagonal, and closer than kWeldMost.
+/// of the diagonal, and m: closer points are equal
 inline constexpr double kWeldShare = 1e-5, kWeldMost = 1e-6;
 
 /// Reads a surface, which may be open. `unit` is the length in m of one unit of the file. Corners at equal or almost

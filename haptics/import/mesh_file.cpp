@@ -31,19 +31,18 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Polygons as the file contains them. Corners at the same position may be different points.
+// As in the file; equal corners may be separate.
 struct Soup {
   std::vector<std::array<float, 3>> points;
   std::vector<std::vector<std::size_t>> faces;
-  std::vector<Color> colors;  // colour of each point; empty if the file contains no colours
+  std::vector<Color> colors;  // may be empty
 };
 
 std::uint8_t color_byte(double fraction) {
   return static_cast<std::uint8_t>(std::clamp(fraction, 0.0, 1.0) * 255 + 0.5);
 }
 
-// Reads PLY files, both text and binary. The library assimp is not used for PLY, because assimp does not check counts
-// and indices. So a damaged file could make assimp crash or run for minutes.
+// Text and binary: assimp checks neither counts nor indices of PLY.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)
@@ -113,7 +112,7 @@ class PlyReader {
     std::vector<Property> properties;
   };
 
-  /// Each corner after the second one makes a triangle; every second triangle is reversed.
+  /// Every second triangle is reversed.
   static void add_strip(const std::vector<std::size_t>& strip, Soup& soup) {
     for (std::size_t k = 2; k < strip.size(); ++k)
       soup.faces.push_back({strip[k - 2 + k % 2], strip[k - 1 - k % 2], strip[k]});
@@ -213,7 +212,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text;
 }
 
-/// Opens the files that a mesh file names, also if the name is percent-encoded ("tooth%201.bin").
+/// Also percent-encoded ("tooth%201.bin").
 class NamedFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override {
@@ -237,7 +236,7 @@ class NamedFiles : public Assimp::DefaultIOSystem {
   }
 };
 
-/// Throws Error if a glTF file requires an extension that assimp ignores: its triangles would be wrong.
+/// Throws Error if glTF requires what assimp ignores.
 void check_gltf_extensions(const std::filesystem::path& file, bool binary) {
   std::string text = text_of(file);
   if (binary) {
@@ -275,7 +274,7 @@ double unit_of_3mf(const std::filesystem::path& file) {
   return 1;
 }
 
-/// Returns the text of an STL or OBJ file in the form that assimp reads. No value if the file is binary or needs none.
+/// STL or OBJ as assimp reads it; empty: binary, or fine.
 std::optional<std::string> plain_text(const std::filesystem::path& file, const std::string& extension) {
   if (extension == ".obj") {
     std::string text = text_of(file), plain;
@@ -343,13 +342,12 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Merges points. A point within a small distance of an earlier point is replaced by the earlier point.
+/// Into earlier points within a small distance.
 class Welder {
  public:
   Welder(double tolerance, Mesh& mesh) : tolerance_(tolerance), cell_(16 * tolerance), mesh_(mesh) {}
 
-  /// Returns the index of the point. `moved` is true if the point was merged with an earlier point at a different
-  /// position.
+  /// `moved`: merged at another position.
   int add(const glm::dvec3& p, bool& moved) {
     const Cell lo = cell_of(p - tolerance_), hi = cell_of(p + tolerance_);
     for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
@@ -410,7 +408,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
   }
   const double diagonal = soup.points.empty() ? 0 : unit * glm::length(hi - lo);
   if (!(diagonal > 0 && diagonal < 1e6)) throw Error(file.string(), "mesh", "no triangles", "a surface");
-  // Corners at the same position become one point, even if they have different normals or texture coordinates.
+  // Equal corners become one point, whatever their normals and texture coordinates.
   Welder welder(std::min(kWeldShare * diagonal, kWeldMost), mesh);
   std::vector<int> index(soup.points.size());
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
@@ -436,7 +434,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
 }
 
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
-  // m; a hole is closed if its border is at most this long; such a hole is at most about 2 mm wide
+  // m of border, about 2 mm wide
   constexpr double kSmallHole = 6e-3;
   Mesh mesh = read_surface(file, unit, repairs);
   drop_copies(mesh, repairs);

@@ -12,11 +12,9 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // smallest winding number, multiplied by six, of a sample inside a part
+constexpr int kInside = 3;  // sixths of the winding number
 
-/// Collects the triangles that form the outer surface of the body. A triangle completely within the body is omitted;
-/// such triangles exist where parts of the mesh overlap or touch. A triangle partly within the body is split into
-/// triangles, down to a size of about one voxel.
+/// Outer surface: omits buried triangles, splits partly buried ones down to a voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -27,7 +25,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // if no part of the triangle was omitted, the whole triangle is added
+      if (add(t, skin)) {  // nothing omitted: whole
         skin.resize(before);
         skin.push_back(t);
       }
@@ -36,10 +34,9 @@ class Skin {
   }
 
  private:
-  /// Adds to `skin` those parts of a triangle that belong to the outer surface. Returns true if the whole triangle
-  /// belongs to it.
+  /// True: all of it belongs.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels; a triangle whose longest edge is at most this long is not split
+    constexpr double kSmall = 2;  // voxels, no longer split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;
@@ -62,12 +59,9 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // The test point is not the triangle's centre, because the centres of opposite faces can coincide on a diagonal.
+    // Off the centre: opposite faces' centres may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // A triangle belongs to the outer surface if at least one of its two sides lies outside the body. First, one sample
-    // on each side is tested, at the distance kAround; the parts of all samples are already known. If both samples lie
-    // in the same part, the winding numbers are computed much nearer to the triangle, at the distance kBeside on both
-    // sides. Both distances are in voxels.
+    // voxels. A side lies outside: by parts at kAround, or, if equal, winding numbers at kBeside.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -75,7 +69,7 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // The samples on the two sides lie in different parts of the mesh, so the triangle is buried between these parts.
+    // Between two parts: buried.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -86,9 +80,7 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Closes cracks between parts. A sample outside is in a crack if it lies on a grid line between two different parts
-/// that are at most three voxels apart. The sample is then added to one of these parts: the part in the positive
-/// direction of the line.
+/// Samples between different parts at most three voxels apart join the one ahead.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -114,10 +106,9 @@ void close_cracks(Mask& part) {
   });
 }
 
-/// Finds neighbouring samples of which one is inside and the other outside although no triangle is near. There the mesh
-/// has an opening, which is closed by a cap.
+/// Inside beside outside without a triangle: an opening.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
-  // voxels; if a sample is at most this far from the mesh, a triangle lies beside it, and there is no opening
+  // voxels, a triangle is there
   constexpr float kOnMesh = 1;
   std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
   for_each_slab(part.size.x, [&](int x) {
@@ -140,8 +131,7 @@ std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance
   return all;
 }
 
-/// Adds a cap, which closes an opening of the mesh: where the cap is nearer than the mesh, the distance to the cap
-/// replaces the distance to the mesh. Also adds the blocks around the cap that the distance field does not yet contain.
+/// The cap's distance where it is nearer; adds its blocks.
 void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& distance) {
   const BlockSet& before = *distance.set;
   const int reach = static_cast<int>(std::ceil(band)) + 1;
@@ -194,14 +184,14 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     filled.capped = !cap.empty();
     if (filled.capped) add_cap(cap, band, distance);
   }
-  constexpr double kShell = 1;  // voxels, half of the thickness that a sheet (a mesh without volume) gets
+  constexpr double kShell = 1;  // voxels, half thickness of a sheet
   for_each_sample(*distance.set, [&](const glm::ivec3& p, std::size_t i) {
     double d = static_cast<double>(distance.v[i]);
     if (filled.sheet) d -= kShell;
     if (part[p] && !filled.sheet) d = -d;
     distance.v[i] = static_cast<float>(d);
   });
-  // A block that is not stored lies completely inside or outside.
+  // Blocks not stored are wholly in or out.
   const auto blocks = std::make_shared<BlockSet>(*distance.set);
   Grid<std::uint8_t> places;
   places.size = blocks->count;
@@ -230,8 +220,7 @@ void spread_parts(FilledMesh& filled, double reach) {
 }
 
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {
-  // Memory in bytes. kStored: per stored sample (distance, nearest triangle, two marks). kPart: per sample of the box
-  // (its part). kLine: per grid line.
+  // bytes: stored sample, sample of the box, grid line
   constexpr double kStored = 14, kPart = 1, kLine = 24;
   std::vector<Triangle> all;
   for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());

@@ -22,7 +22,7 @@ using glm::dvec3;
 struct EdgeUse {
   int low, high;  // indices of the edge's two points; low < high
   std::size_t triangle;
-  bool up;  // true if the triangle lists the edge in the direction from `low` to `high`
+  bool up;  // from `low` to `high`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {
@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// Calls use(first, end) for each edge. The elements first to end − 1 of `edges` are the triangles at this edge.
+/// use(first, end): triangles of an edge.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {
@@ -59,7 +59,7 @@ dvec3 point(const Mesh& mesh, int i) {
   return mesh.points[static_cast<std::size_t>(i)];
 }
 
-/// Stores the place of a repaired triangle: its corners and its centre.
+/// Corners and centre.
 void add_place(const Mesh& mesh, const std::array<int, 3>& corners, MeshRepairs& repairs) {
   dvec3 middle(0);
   for (const int corner : corners) {
@@ -93,8 +93,7 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // An edge with exactly two triangles makes each triangle a neighbour of the other. `same_way` is true if both
-  // triangles list the edge in the same direction.
+  // By an edge of two triangles. `same_way`: both list it alike.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -134,7 +133,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // The edges of all borders: for each edge, its first point and its second point.
+  // first to second point
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -155,8 +154,7 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // Follows the edges from point to point. When a point is visited again, the points since its first visit form a
-    // closed border.
+    // A repeated point closes a border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {
@@ -223,7 +221,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   });
   std::map<int, int> number;
   std::vector<std::vector<Triangle>> triangles;
-  std::vector<dvec3> first;  // one point of each shell, for the test whether another shell contains it
+  std::vector<dvec3> first;  // one point per shell
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto [it, fresh] = number.try_emplace(find(static_cast<int>(t)), static_cast<int>(number.size()));
     const auto s = static_cast<std::size_t>(it->second);
@@ -275,8 +273,7 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Only a reversed outer shell counts as a repair. A reversed hollow does not count, because in many files the
-    // triangles of hollows face outward.
+    // Hollows face outward in many files: no repair.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -23,14 +23,14 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
 constexpr double kLeastVoxel = 0.1e-3;  // m, smallest voxel edge that is chosen automatically
-constexpr double kUsualVoxels = 12e6;   // largest number of voxels if the voxel edge is chosen automatically
-// m; a voxel edge that is chosen automatically is rounded up to a multiple of this
+constexpr double kUsualVoxels = 12e6;   // voxels, automatic
+// m, automatic edges are multiples
 constexpr double kVoxelStep = 0.01e-3;
 constexpr double kBand = 1.5e-3;     // m, largest distance from the surface that the volume stores
-constexpr double kLeastArea = 1e-9;  // smallest area of a mesh, as a fraction of the square of its longest extent
+constexpr double kLeastArea = 1e-9;  // of the squared extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
-/// Returns six times the signed volume that the triangles enclose. The first vertex is used as the origin.
+/// First vertex as origin.
 double six_volumes(const TissueMesh& mesh) {
   const dvec3 from = mesh.vertices.front();
   double sum = 0;
@@ -40,10 +40,9 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// Returns true if the mesh is closed. At every edge of a closed mesh, the triangles form pairs that list the edge in
-/// opposite directions.
+/// Edges pair up in opposite directions.
 bool is_closed(const TissueMesh& mesh) {
-  // for each edge of a triangle: its two vertices, sorted, and its direction
+  // sorted vertices, direction
   std::vector<std::array<unsigned, 3>> edges;
   for (const glm::uvec3& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {

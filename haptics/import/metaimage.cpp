@@ -1,6 +1,4 @@
-// Reads MetaImage files (.mha, .mhd). The header consists of lines "Key = Value". The voxels' numbers follow, either
-// plain or compressed by zlib. The readers of the libraries ITK and VTK do not check the header. So this file checks
-// the header itself and uses only zlib.
+// .mha, .mhd: lines "Key = Value", then plain or zlib data. ITK and VTK do not check the header, so this does.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -22,7 +20,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // position in the file where the data begin, if they follow the header (LOCAL)
+  std::streamoff end = 0;  // of LOCAL data
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);
@@ -97,11 +95,11 @@ static std::vector<char> read_bytes(const std::filesystem::path& file, std::uint
 static std::vector<char> unpack(const std::filesystem::path& file, const std::vector<char>& packed, std::size_t bytes) {
   std::vector<char> out(bytes);
   z_stream z{};
-  // With the value 15 + 32, zlib accepts the headers of zlib and gzip.
+  // 15 + 32: zlib and gzip.
   if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // works in pieces, because the counters of zlib have 32 bits
+  while (state == Z_OK && got < bytes) {  // zlib counts 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
@@ -129,7 +127,6 @@ static RawScan read_metaimage(const ScanRequest& request) {
   if (axes != std::floor(axes) || axes < 3 || axes > 10)
     header.fail("NDims", "3, or more if the further axes have size 1");
   const auto n_axes = static_cast<std::size_t>(axes);
-  // The first three numbers of a vector with one number for each axis
   const auto vector3 = [&](std::string_view key) {
     std::vector<double> all = header.numbers(key, n_axes);
     all.resize(3);
@@ -171,13 +168,13 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // Finds the file that contains the numbers, and their position in it.
+  // File and position of the numbers.
   std::string name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
     header.fail("ElementDataFile", "LOCAL or the name of one file");
   }
-  // A path of another computer: the file has come along beside the header.
+  // A path of another computer: beside the header.
   const auto foreign = name.find_last_of("\\/");
   if (!local && foreign != std::string::npos && !std::filesystem::exists(file.parent_path() / name))
     name.erase(0, foreign + 1);

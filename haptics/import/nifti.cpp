@@ -48,7 +48,7 @@ static std::optional<Element> element_of(int datatype) {
 
 static RawScan read_nifti(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
-  nifti_set_debug_level(0);  // switches off the library's messages; this program prints its own messages
+  nifti_set_debug_level(0);  // this program has its own messages
   const std::unique_ptr<nifti_image, FreeImage> image(nifti_image_read(file.c_str(), 0));
   if (!image) throw Error(file.string(), "header", "no NIfTI header", "a NIfTI-1 or NIfTI-2 file");
   std::vector<long long> sizes;

@@ -22,8 +22,7 @@ using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
 using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
 }  // namespace
 
-// Returns the position of a header field for messages, for example "line 4 (type)", or "header" if the header has no
-// such line.
+// "line 4 (type)", or "header".
 static std::string place_of(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -33,13 +32,12 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
-// Rejects headers with very long lines. When a header is damaged, teem 1.12 copies a line into a buffer of fixed size
-// for an error message, and a longer line would overflow this buffer.
+// teem 1.12 overflows a buffer on long lines of a damaged header.
 static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
   std::string line;
-  bool names = false;  // true after the line "data file: LIST": file names follow until the end of the file
+  bool names = false;  // after "data file: LIST": names to the end
   for (int number = 1; number < 100000; ++number) {
     line.clear();
     int c = in.get();
@@ -48,7 +46,7 @@ static void check_header(const std::filesystem::path& file) {
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
-    // true for a pair "key:=value", whose value may contain ": "
+    // "key:=value" may contain ": "
     const bool pair = line.find(":=") < line.find(": ");
     const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
@@ -60,8 +58,7 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// Rejects text data with very long words. teem 1.12 copies each word (a number) into a buffer of fixed size on its
-// stack, and a longer word would overflow this buffer.
+// teem 1.12 overflows its stack on long words.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -89,8 +86,7 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// Returns the last line of teem's error message, which is nearest to the cause. If `all` is given, it receives the
-// whole message.
+// Nearest to the cause; `all`: everything.
 static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
   std::string cause = text ? text.get() : "an unreadable file";
@@ -118,7 +114,7 @@ static std::string last_cause(std::string* all = nullptr) {
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);
-  // Reads only the header first, because sizes must be checked before memory is allocated.
+  // Header first: sizes are checked before memory.
   const NrrdOwner header(nrrdNew());
   const StateOwner state(nrrdIoStateNew());
   state->skipData = 1;
@@ -138,13 +134,12 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 
-  // Checks whether the files are large enough to contain the data.
+  // Large enough?
   double present = 0;
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    // The data are in numbered files, so their size is not known here. If a file is missing or too short, teem reports
-    // an error later.
+    // Numbered files: teem reports missing ones.
     known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
@@ -179,7 +174,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header was already found to be valid, so the error must be in the data.
+    // The header is valid: it is the data.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));
@@ -198,7 +193,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
   if (scan.spacing_place == "header") scan.spacing_place = "spacings";
-  // A left-handed space is converted to a right-handed space by reversing its first axis.
+  // Left-handed: reverse the first axis.
   const bool left_handed = nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpace3DLeftHanded;
   for (std::size_t k = 0; k < 3; ++k) {
     const NrrdAxisInfo& axis = nrrd->axis[axes[k]];
@@ -206,14 +201,14 @@ static RawScan read_nrrd(const ScanRequest& request) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
-      // If the file states a space and spacings but no directions, the directions are those of the space's axes.
+      // Spacings without directions: the space's axes.
       if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
         step = glm::dvec3(0);
         step[static_cast<int>(k)] = axis.spacing;
         scan.spacing_place = place_of(file, "spacings");
       }
       if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
-      // In an anatomical space, lengths are in mm unless the file states another unit.
+      // Anatomical: mm unless stated.
       scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
     } else {
       step[static_cast<int>(k)] = axis.spacing;

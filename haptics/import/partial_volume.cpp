@@ -12,16 +12,14 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr int kBall = 6;  // voxels, radius of the ball; it reaches beyond the far side of a thin layer or canal
+constexpr int kBall = 6;  // voxels, beyond the far side of a thin layer
 
-// A sample of the ball around a sample, in which the sum of the fractions is compared with the labels.
 struct BallSample {
-  double label;  // weight of the sample's label; it decreases from 1 in the middle to 0 at the edge of the ball
-  // Weight of the sample's fraction. The blur spreads a thin tissue to samples with a smaller weight; these weights are
-  // therefore sharpened, so that the blur does not change the weighted sum.
+  double label;  // 1 in the middle, 0 at the edge
+  // Sharpened, so that blur does not change the weighted sum.
   double fraction;
 };
-// The samples of the ball at one x and y, relative to the middle of the ball. They are neighbours along z.
+// Along z, at one x and y.
 struct BallRow {
   int x, y, half;                   // z is from -half to half
   std::vector<BallSample> samples;  // sorted by z
@@ -36,8 +34,7 @@ std::vector<BallRow> ball_rows(double blur) {
       for (int z = -kBall; z <= kBall; ++z) {
         const double r = (x * x + y * y + z * z) / kSquared;
         if (r >= 1) continue;
-        // The blur increases the mean of a function w of the position by blur²/2 · ∇²w. With w = (1 − r)², where r is
-        // the squared distance divided by the squared radius, ∇²w = (20 r − 12) / kSquared.
+        // Blur adds blur²/2 · ∇²w; w = (1 − r)², ∇²w = (20 r − 12) / kSquared.
         const double weight = (1 - r) * (1 - r);
         row.samples.push_back({weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
         row.half = z;
@@ -53,20 +50,19 @@ struct Ranked {
   double weight;
 };
 
-// Returns the value that samples with the total weight `volume` exceed. Between two samples, the value is interpolated.
-// Reorders the samples.
+// Value that samples of the total weight `volume` exceed, interpolated. Reorders the samples.
 float exceeded_by(std::span<Ranked> samples, double volume) {
   const auto greater = [](const Ranked& a, const Ranked& b) { return a.value > b.value; };
-  double above = 0;              // total weight of the samples that were dropped because their values are larger
+  double above = 0;              // weight of dropped larger ones
   const Ranked* last = nullptr;  // the sample with the smallest value among these
-  // Halves the samples by their values until few are left, so that only these must be sorted.
+  // Halved by value until few must be sorted.
   constexpr std::size_t kFew = 16;
   while (samples.size() > kFew) {
     const std::size_t half = samples.size() / 2;
     std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(half), greater);
     const double larger = std::accumulate(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(half), above,
                                           [](double sum, const Ranked& s) { return sum + s.weight; });
-    // Half of a sample's own weight counts as above its value.
+    // Half of its own weight counts.
     if (larger + 0.5 * samples[half].weight >= volume) {
       samples = samples.first(half + 1);
     } else {
@@ -107,7 +103,7 @@ void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const Spa
       if (x < 0 || y < 0 || x >= set.size.x || y >= set.size.y) continue;
       const int first = std::max(p.z - row.half, 0), end = std::min(p.z + row.half + 1, set.size.z);
       for (int z = first; z < end;) {
-        // The samples of a row that lie in the same block are neighbours in the arrays, too.
+        // Contiguous within a block.
         const int in_block = std::min(end, (z / BlockSet::kEdge + 1) * BlockSet::kEdge);
         const std::ptrdiff_t k = field.index({x, y, z});
         if (k < 0) {

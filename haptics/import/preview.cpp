@@ -1,4 +1,4 @@
-// Writes pictures of an imported tissue, so that the user can check it.
+// Pictures to check an import.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -69,8 +69,7 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// Finds whether a mesh was repaired near a point. Space is divided into cells of the edge `cell` (m), and a point is
-// near a repair if its cell or one of the neighbouring cells contains a repaired point.
+// Cells of `cell` (m) and their neighbours.
 class Repaired {
  public:
   Repaired(const std::vector<dvec3>& points, double cell) : cell_(cell) {
@@ -87,18 +86,17 @@ class Repaired {
   std::set<std::array<int, 3>> cells_;
 };
 
-// Draws six views of the surface side by side: from four sides and from both ends, with light from above. The user can
-// see whether the surface is smooth, complete and upright. Places at which a mesh was repaired are magenta.
+// Four sides and both ends, light from above; repairs in magenta.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
   const dvec3 middle = 0.5 * (lo + hi);
   const double reach = 0.5 * glm::length(hi - lo);
   constexpr int kTile = 420;
-  // m, size of the cells for the repaired places; a marked place is then at least three pixels wide
+  // m, marks of three pixels
   const double cell = std::max(t.frame.voxel, 2.1 * reach / kTile * t.frame.voxel);
   const Repaired repaired(imported.report.repaired, cell);
-  // returns the distance from the surface (voxels) at p, by trilinear interpolation
+  // voxels, trilinear
   const auto distance = [&](const dvec3& p) {
     const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
     const glm::ivec3 i(q);
@@ -170,8 +168,7 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
   const double white = report.dense_level.value_or(report.soft_grey) * 1.1 - 0.1 * report.outside_grey;
   std::vector<std::filesystem::path> files;
 
-  // Draws one slice perpendicular to the axis `w` at `level`. The axis `u` points right, and `v` points up. Grey values
-  // are on the left, and the tissue is on the right.
+  // Across `w` at `level`, `u` right, `v` up; greys left, tissue right.
   const auto slice = [&](const std::string& name, int w, int u, int v, double level) {
     const int pixels = std::clamp(720 / std::max(t.size[u], t.size[v]), 1, 12);
     const int width = (t.size[u] - 1) * pixels, height = (t.size[v] - 1) * pixels;

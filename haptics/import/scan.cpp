@@ -95,7 +95,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // bytes per voxel for two copies of the scan: one as it is in the file, and one with exchanged axes
+  // two copies, one with exchanged axes
   constexpr double kBytesPerVoxel = 8;
   if (const double most = memory.value_or(free_memory()); product * kBytesPerVoxel > most) {
     throw Error(file.string(), place,
@@ -159,7 +159,7 @@ const std::vector<ScanFormat>& scan_formats() {
   return formats;
 }
 
-/// Returns a list of the formats with their extensions: "NRRD .nrrd .nhdr, NIfTI .nii".
+/// "NRRD .nrrd .nhdr, NIfTI .nii".
 static std::string formats_in_words() {
   std::string text;
   for (const ScanFormat& format : scan_formats())
@@ -167,8 +167,7 @@ static std::string formats_in_words() {
   return text;
 }
 
-/// Finds the format from the first bytes of the file, or else from the extension. Returns null if the format is
-/// unknown.
+/// First bytes, else extension; null: unknown.
 static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
   const std::string name = lower_case(file.filename().string());
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
@@ -206,9 +205,7 @@ static RawScan read_any(const ScanRequest& request) {
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
-// Exchanges and reverses the axes, so that each axis runs nearly along an axis of the file's space. The result is never
-// a mirror image, so the left side of the patient stays left. If the scan is oblique, a rotation between its axes and
-// the axes of the space remains; it is stored in world_rotation.
+// Axes exchanged and reversed to the space's, never mirrored; the rest rotation is world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
@@ -219,7 +216,7 @@ static Scan align(RawScan&& raw) {
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // in each round, pairs the two axes whose directions agree best
+  for (int round = 0; round < 3; ++round) {  // best pair each round
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
@@ -242,10 +239,9 @@ static Scan align(RawScan&& raw) {
     scan.spacing[w] = glm::length(step) * kMillimetre;
     if (sign[w] < 0) first += step * static_cast<double>(size[w] - 1);
   }
-  constexpr double kOblique = 0.9999;  // cosine of 0.8 degrees; an angle above this counts as oblique
+  constexpr double kOblique = 0.9999;  // cosine of 0.8°, above is oblique
   if (straightest < kOblique) {
-    // Computes the rotation nearest to the three directions. The matrix is repeatedly replaced by the mean of itself
-    // and its inverse transpose (Higham 1986).
+    // Nearest rotation: mean with the inverse transpose, repeated (Higham 1986).
     glm::dmat3 r;
     for (int w = 0; w < 3; ++w)
       r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
@@ -260,16 +256,14 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // Position of the result's first voxel in the file's data, and for each axis of the result the step to the next
-  // voxel.
+  // First voxel in the data, and steps per axis.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // Along x, the voxels are copied in slabs of kSlab samples, so that memory that was read or written recently is still
-  // in the cache.
+  // Slabs, for the cache.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -287,7 +281,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
   glm::dvec3 n = glm::cross(u, v);
   if (glm::dot(n, raw.step[2]) < 0) n = -n;
-  // Cosine of 89.4 degrees. Two axes count as perpendicular if the cosine of their angle is at most this.
+  // cosine of 89.4°: still perpendicular
   constexpr double kSquare = 0.01;
   if (std::abs(glm::dot(u, v)) > kSquare) {
     throw Error(file.string(), "axis directions",
@@ -297,7 +291,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
                angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
   constexpr double kStraight = 0.1 * kPi / 180;
   if (angle < kStraight) return 0;
-  // Displacement of each slice relative to the previous slice, in voxels.
+  // voxels per slice
   const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
                            glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
   const int last = raw.size.z - 1;
@@ -319,8 +313,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // Computes slice k of the result: value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k).
-    // Interpolates first along the rows of the slice, then along its columns.
+    // value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): rows, then columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -355,7 +348,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   return angle;
 }
 
-// Replaces voxels that are NaN by `nan_grey`. Throws Error if there are such voxels and `nan_grey` has no value.
+// Throws Error without `nan_grey`.
 static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = raw.grey.size(); i-- > 0;) {
@@ -404,8 +397,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states both spacing and unit, they are assumed to be correct. Then voxels that seem too large really
-    // are too large, and a wrong unit is not the cause.
+    // Stated spacing and unit: large voxels are real.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
@@ -416,7 +408,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
                : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
                              limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
-  // If the three axes lie in one plane, the scan has no valid orientation.
+  // Axes in a plane: no orientation.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");

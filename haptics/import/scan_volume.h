@@ -1,4 +1,4 @@
-// A scan in memory, from which several regions can be shown and imported.
+// A scan in memory, for regions.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,10 @@
 
 namespace typodont::haptics {
 
-/// A scan in memory. After construction, any thread may use it. Positions are in m in the file's coordinates, along the
-/// scan's own axes (as in ImportReport).
+/// Any thread after construction. m, file coordinates along the scan's axes (as ImportReport).
 class ScanVolume {
  public:
-  /// Reads a scan (no mesh). The constructor uses the options series, spacing, nan_grey and hounsfield. Throws Error.
+  /// No mesh. Options: series, spacing, nan_grey, hounsfield. Throws Error.
   ScanVolume(const std::filesystem::path& file, const ImportOptions& options);
   ~ScanVolume();
   ScanVolume(const ScanVolume&) = delete;
@@ -27,17 +26,14 @@ class ScanVolume {
   const std::string& space() const;  // coordinate space of the file: "LPS", "RAS" or empty (unknown)
   const std::vector<std::string>& notes() const;
 
-  /// Returns the grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is
-  /// returned.
+  /// Trilinear; outside, the wall's.
   double grey(const dvec3& p) const;
-  // Grey values for pictures: a picture shows black() as black and white() as white. 2 % of the voxels are darker than
-  // black(), and 0.3 % are brighter than white().
+  // 2 % are darker than black(), 0.3 % brighter than white().
   double black() const { return black_; }
   double white() const { return white_; }
 
-  /// Imports options.region of the scan, or the whole scan if the options have no region. The result is that of
-  /// import_tissue() with the same options. With a larger options.voxel, the import is fast enough for a preview.
-  /// Several threads may call this function at the same time. Throws Error, and exceptions of the progress function.
+  /// options.region, or all, as import_tissue(); larger options.voxel for a preview. Several threads at once. Throws
+  /// Error, and from progress.
   Imported import(const ImportOptions& options) const;
 
  private:

@@ -21,8 +21,7 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// Returns the number of the connected part that is the body to import; 0 if there is no part. `tooth` is the grey value
-// above which a voxel belongs to a tooth.
+// 0: none. `tooth`: brighter is tooth.
 std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth, const std::optional<double>& tooth,
                      double voxel) {
   if (parts.voxels.size() < 2 || !tooth) return parts.largest();
@@ -36,7 +35,7 @@ std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth,
   return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kLeastTeeth / (voxel * voxel * voxel)));
 }
 
-// Marks all parts with at least the fraction `fraction` of the largest part's voxels.
+// At least `fraction` of the largest.
 std::vector<bool> keep_large(const SparseComponents& parts, double fraction) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -53,10 +52,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// Returns the slope of a Gaussian edge where it has risen to the fraction `height` of its full height, relative to its
-// slope at the centre.
+// Of a Gaussian edge at `height`, relative to its centre.
 double steepness(double height) {
-  // Finds by bisection the position at which the edge has risen to `height`. Unit: the edge's standard deviation.
+  // Bisection, unit σ.
   double lo = -3, hi = 3;
   for (int k = 0; k < 30; ++k) {
     const double middle = 0.5 * (lo + hi);
@@ -65,8 +63,7 @@ double steepness(double height) {
   return std::exp(-0.5 * lo * lo);
 }
 
-// Returns the unit normal that points outward at a sample. It is the direction between the sample and its closest point
-// on the surface. On the surface itself, it is the gradient of the distance.
+// Unit normal outwards: along the closest point, on the surface along the gradient.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;
@@ -84,11 +81,10 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   return unit(slope);
 }
 
-// How deep a sample lies below the surface. Different rules for labels apply at different depths.
+// Labels follow other rules by depth.
 enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
 
-// Divides a scan into tissues. The functions are the steps, in their order. Each step uses the results of the steps
-// before it, and frees what no later step needs, because these arrays are most of the memory of an import.
+// Steps in order, each freeing what no later one needs.
 class Segmenter {
  public:
   Segmenter(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
@@ -131,14 +127,10 @@ class Segmenter {
   }
 
  private:
-  // kSmooth: voxels, standard deviation of the smoothing. The others are distances in voxels. kWidestShell: largest
-  // distance from the surface at which the blurred edge is assumed to change grey values. kUsualShell: the edge of most
-  // scans changes grey values only up to this distance. kFirstExact: distances to the first surface are exact up to
-  // this one, because the measurement of the edges' width needs exact distances.
+  // voxels: smoothing; reach of the blurred edge at most, usually; exact first distances, for the edges' width
   static constexpr double kSmooth = 0.8, kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
 
-  // Smooths the grey values. Only blocks with samples as bright as the surface, and the neighbours of these blocks, are
-  // computed.
+  // Blocks as bright as the surface, and neighbours.
   void smooth_greys() {
     const auto surface_grey = static_cast<float>(levels_.surface()), outside = static_cast<float>(levels_.outside);
     set_ = std::make_shared<BlockSet>(
@@ -146,14 +138,12 @@ class Segmenter {
     smooth_ = gaussian(grey_, set_, kSmooth, outside, outside);
   }
 
-  // Computes a first surface and the cavities inside it. Near a denser tissue, the threshold of the surface is halfway
-  // between the surroundings and that tissue, so that fissures in enamel stay open. The threshold is always clearly
-  // below the grey value of the softer tissue.
+  // Near denser tissue, half-way to it, so fissures stay open; always clearly below the softer.
   void find_solid_and_cavities() {
     const double most_height = std::max(0.8, levels_.height);
     over_ = Sparse<float>(set_, -0.5F, 0.5F);
     {
-      // Samples far below every possible threshold are skipped, because for them the brightest neighbour is not needed.
+      // Skips what no threshold reaches.
       const Sparse<float> brightest =
           ball_max(smooth_, 2, above(smooth_, static_cast<float>(levels_.surface() - 0.5 * rise_)));
       for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
@@ -173,8 +163,7 @@ class Segmenter {
     constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set_, 0, 0);
     if (levels_.dense) dense_mask = above(smooth_, static_cast<float>(levels_.denser()));
-    // Largest radius of the mouth of a cavity: m, and voxels. In a jaw, the nerve canals are open at their foramina,
-    // which are wider than the mouths of root canals.
+    // m, voxels; foramina of nerves are wider than root canals'.
     const bool jaw = preset_ == ImportPreset::kJaw;
     const double widest_mouth = std::min((jaw ? 2.2e-3 : 0.75e-3) / voxel_, jaw ? 16.0 : 8.0);
     cavity_ = find_cavities(
@@ -189,19 +178,16 @@ class Segmenter {
     });
   }
 
-  // Returns the largest smoothed grey value along the normal `n`, from a point inward up to a depth (voxels).
+  // Largest along `n`, inwards to a depth in voxels.
   double inward_peak(const glm::dvec3& from, const glm::dvec3& n, double depth) const {
     float peak = sample(smooth_, from);
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth_, from - t * n));
     return static_cast<double>(peak);
   }
 
-  // Measures the width σ of the scan's edges. At its centre, a Gaussian edge with the height c has the slope c / (σ
-  // √2π).
+  // Slope at the centre: c / (σ √2π).
   void measure_edges() {
-    // In a jaw, the first surface does not lie at the middle of the blurred edge: its threshold is based on cancellous
-    // bone, but cortical bone is brighter. The edge is less steep there, so `widths` are too large. They are still used
-    // for the sharpening, because a stronger sharpening keeps the periodontal ligament open. `true_widths` are
+    // In a jaw, beside the centre of the edge: `widths` are too large, but keep the ligament open; `true_widths` are
     // corrected.
     std::vector<float> widths, true_widths;
     for (std::size_t i = 0; i < first_.distance.v.size(); i += 3) {
@@ -227,8 +213,7 @@ class Segmenter {
     if (!true_widths.empty()) {
       const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
       std::nth_element(true_widths.begin(), middle, true_widths.end());
-      // The gradient is interpolated from differences of samples two voxels apart. At a sample, this increases the
-      // variance σ² of the edge by 1/3; between samples, it hardly changes σ². The constant is the mean of both cases.
+      // Differences over two voxels: σ² + 1/3 at samples, hardly between; the mean.
       constexpr double kInterpolation = 1.0 / 6;
       const auto width = static_cast<double>(*middle);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
@@ -238,9 +223,9 @@ class Segmenter {
     over_ = {};
   }
 
-  // Measures the grey value of the surroundings near each sample, and the grey value of enamel in its thick parts.
+  // Surroundings near each sample, enamel in thick parts.
   void measure_greys() {
-    // Only voxels that lie beyond the blurred edge and outside other bodies belong to the surroundings.
+    // Beyond the blurred edge and other bodies.
     const auto surface_grey = static_cast<float>(levels_.surface());
     surroundings_.emplace([&](const glm::ivec3& p) { return static_cast<double>(grey_[p]); }, *set_, levels_.outside,
                           [&](const glm::ivec3& p, std::size_t i) {
@@ -256,9 +241,7 @@ class Segmenter {
         kEnoughEnamel, 1.4, std::max(kLeastBlur, s_.blur));
   }
 
-  // Returns the occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface
-  // (1). Along the path inward, the occupancy stays 1 after the brightest point. So darker tissue further inward counts
-  // as solid: dentin below enamel, and pulp.
+  // 0 surroundings, 1 just below the surface and all the way inwards, so dentin and pulp are solid.
   Sparse<float> occupancy_of_samples() {
     Sparse<float> occupancy(set_, 0, 1);
     for_each_sample(*set_, [&](const glm::ivec3& p, std::size_t i) {
@@ -273,8 +256,7 @@ class Segmenter {
       const double top = std::clamp(inward_peak(at, n, shell_), levels_.soft, levels_.top());
       double low = surroundings_->at(p);
       if (levels_.fixed_surround) {
-        // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, and the air beyond it
-        // does not.
+        // Thin soft tissue counts as surroundings, not the air beyond.
         double brightest_near = low;
         for (double t = 2 * edge_; t <= shell_; t += kStep)
           brightest_near = std::max<double>(brightest_near, sample(smooth_, at + t * n));
@@ -292,11 +274,9 @@ class Segmenter {
     return occupancy;
   }
 
-  // Finds the surface of one body: smooths the occupancy, removes the other bodies, closes the holes, and computes the
-  // distances.
+  // Smooths, removes other bodies, closes holes, distances.
   void find_surface(Sparse<float> occupancy) {
-    // Selects the strength of the smoothing. An edge must extend over several samples, and noise may displace the
-    // surface by at most 0.02 voxel.
+    // An edge over several samples; noise moves it by at most 0.02 voxel.
     double sigma = std::sqrt(std::max(1.1 * 1.1 - s_.blur * s_.blur, 0.7 * 0.7));
     for (; sigma < 2; sigma += 0.1) {
       const double left = levels_.noise / rise_ * noise_left(sigma, s_.blur);
@@ -316,15 +296,14 @@ class Segmenter {
       s_.bodies_kept = body > 0;
     }
     close_holes();
-    // Limits in voxels for the distances that the labels need: largest distance, and distance up to which it is exact.
-    // Labels are also read and smoothed outside the surface.
+    // voxels for labels: largest, exact
     constexpr double kLabelBand = 6, kLabelExact = 3;
     surface_band_ = std::max({shell_ + 0.5, kLabelBand, band_.value_or(0)});
     s_.surface = signed_distance(s_.phi, grey_.size, {}, surface_band_, std::max(kLabelExact, band_.value_or(0)));
     if (band_) s_.phi = {};
   }
 
-  // Closes holes inside the body that the smoothing may have opened. Hollows are not closed.
+  // That smoothing opened; hollows stay.
   void close_holes() {
     const SparseMask open =
         where(set_, true, false, [&](std::size_t i, const glm::ivec3&) { return !(s_.phi.v[i] > 0); });
@@ -341,8 +320,7 @@ class Segmenter {
     hollow_ = {};
   }
 
-  // Computes grey values for the labels, without the dim outer edge. Within the edge and outside, each sample gets the
-  // brightest grey value further inward. Without this, enamel and dentin would get a layer of wrong labels.
+  // Grey values without the dim edge, which would get wrong labels: the brightest value further inward.
   void fill_greys() {
     const double skin = std::min(shell_, 2 * edge_ + 0.5);
     const auto soft = static_cast<float>(levels_.soft);
@@ -362,7 +340,7 @@ class Segmenter {
     });
   }
 
-  // Measures the grey value of the cavities. If they are wide enough, only samples at their centres are used.
+  // At their centres, if wide.
   void measure_cavity_grey() {
     cavity_grey_ = levels_.outside;
     std::vector<float> greys, inner;
@@ -391,7 +369,7 @@ class Segmenter {
     return smooth_in_place(std::move(g), kSmooth, s_.blur);
   }
 
-  // Finds the denser tissue: samples brighter than halfway between the softer and the denser tissue.
+  // Above half-way.
   void find_dense_tissue() {
     if (!levels_.dense) {
       s_.dense = Sparse<float>(set_, -0.5F, -0.5F);
@@ -404,8 +382,7 @@ class Segmenter {
                                       .value_or(*levels_.dense),
                                   levels_.denser());
     const double span = dense - levels_.soft, half = levels_.fixed_dense ? levels_.denser() : levels_.soft + 0.5 * span;
-    // The blur makes a thin layer of the denser tissue darker. In such a layer the threshold is halfway between the
-    // softer tissue and the brightest sample nearby, if this sample is clearly brighter than the softer tissue.
+    // In a thin, darkened layer: half-way to the brightest nearby, if clear.
     const Sparse<float> peak = ball_max(
         bright, 2, where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return depth_.v[i] == kInSkin; }));
     const double faintest =
@@ -421,9 +398,7 @@ class Segmenter {
         bound = std::min(half, 0.5 * (levels_.soft + static_cast<double>(peak.v[i])));
       s_.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Removes isolated regions of the denser tissue (enamel or cortical bone) that are small compared with the largest
-    // region, because they are noise. In a tooth, this limit is 5 % of the largest region, because enamel exists only
-    // on the crown; otherwise it is 0.01 %.
+    // Noise: below 5 % (tooth) or 0.01 % of the largest region.
     const SparseComponents parts = components(where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth_.v[i] >= kInSkin && s_.dense.v[i] > 0;
     }));
@@ -434,9 +409,8 @@ class Segmenter {
     }
   }
 
-  // Finds the tissue of the cavities. In a tooth, this includes the pulp in thin canals that the blur has made
-  // brighter. A sample of such a canal lies deeper than the outer edge. It is darker than halfway between dentin and
-  // the darkest grey value nearby, and this darkest value must be clearly darker than dentin.
+  // With pulp in thin, brightened canals: deeper than the edge, darker than half-way to the darkest nearby, which is
+  // clearly darker.
   void find_cavity_tissue() {
     s_.cavity = limited(-kInfinity, levels_.soft + 2 * levels_.noise);
     const double drop = levels_.soft - cavity_grey_;
@@ -465,7 +439,7 @@ class Segmenter {
       if (!tooth_ && !cavity_.v[i]) s_.cavity.v[i] = -0.5F;
       pulp_.v[i] = s_.cavity.v[i] > 0;
     });
-    // Small parts are noise. A part of a tooth that touches more enamel than dentin is a fissure.
+    // Small: noise. More enamel than dentin around: a fissure.
     const SparseComponents parts = components(pulp_, true);
     std::vector<Contacts> faces(parts.voxels.size());
     for (std::size_t i = 0; i < pulp_.v.size(); ++i) {
@@ -489,7 +463,7 @@ class Segmenter {
     }
   }
 
-  // Moves the borders of enamel and pulp, because blur and partial volume change the grey values in thin layers.
+  // Blur and partial volume.
   void correct_tooth_borders() {
     const SparseMask enamel =
         where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return s_.dense.v[i] > 0 && !pulp_.v[i]; });
@@ -497,8 +471,7 @@ class Segmenter {
     for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) { pulp_.v[i] = s_.cavity.v[i] > 0; });
   }
 
-  // Isolated parts of the softer tissue in a tooth are dark spots in enamel, or fissures that the blur has made
-  // brighter. They get the label of the tissue around them.
+  // Dark spots in enamel, brightened fissures: label of their surroundings.
   void relabel_isolated_parts() {
     const SparseMask soft = where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth_.v[i] >= kInSkin && !(s_.dense.v[i] > 0) && !pulp_.v[i];
@@ -524,8 +497,7 @@ class Segmenter {
     }
   }
 
-  // Samples just outside the surface get the label of the nearest tissue, because labels are interpolated at the
-  // surface. The labels are copied from samples inside, which do not change any more.
+  // Samples just outside get the nearest label inside, because labels are interpolated at the surface.
   void copy_labels_outward() {
     for_each_sample(*set_, [&](const glm::ivec3& p, std::size_t i) {
       if (depth_.v[i] != kNear) return;
@@ -546,17 +518,17 @@ class Segmenter {
   ImportPreset preset_;
   bool tooth_;
   std::optional<double> band_;
-  double rise_;  // difference between the grey values of the softer tissue and the surroundings
+  double rise_;  // softer tissue − surroundings
 
   Segmentation s_;
   std::shared_ptr<BlockSet> set_;
-  Sparse<float> smooth_;  // smoothed grey values
-  Sparse<float> over_;    // smoothed grey value minus the local threshold of the first surface, divided by `rise_`
-  SparseMask cavity_;     // cavities inside the first surface
-  SparseMask hollow_;     // spaces in bone that are not tissue (cavities.h)
-  DistanceField first_;   // distances to the first surface
-  double edge_ = 1.2;     // voxels, width σ of the edges in the smoothed grey values
-  double shell_ = 0;      // voxels, on each side of the surface: up to here, the blurred edge changes the grey values
+  Sparse<float> smooth_;     // smoothed grey values
+  Sparse<float> over_;       // (smoothed − local threshold) / `rise_`
+  SparseMask cavity_;        // cavities inside the first surface
+  SparseMask hollow_;        // spaces in bone that are not tissue (cavities.h)
+  DistanceField first_;      // distances to the first surface
+  double edge_ = 1.2;        // voxels, σ of smoothed edges
+  double shell_ = 0;         // voxels on each side with changed greys
   double surface_band_ = 0;  // voxels, largest stored distance to the final surface
   std::optional<LocalGrey> surroundings_, enamel_grey_;
   Sparse<float> filled_;  // grey values without the dim outer edge

@@ -14,10 +14,10 @@ namespace {
 constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
-/// A cubic part of the scan that contains enough uniform samples (samples with a small gradient of the grey value).
+/// With enough uniform samples.
 struct Cell {
-  glm::dvec3 at;     // mean position of the uniform samples; the scan extends from -1 to 1 on each axis
-  glm::dvec3 slope;  // grey values per voxel; median of the gradient at the uniform samples
+  glm::dvec3 at;     // mean position, -1 … 1 over the scan
+  glm::dvec3 slope;  // median gradient, per voxel
   double samples;
 };
 
@@ -36,16 +36,12 @@ double value(const Shading& s, const glm::dvec3& p) {
   return sum;
 }
 
-/// Divides the scan into cells, and returns the cells with enough uniform samples. A sample is uniform if two
-/// conditions hold: the gradient of the grey value is less than `steepest` per voxel at the sample, and less than twice
-/// `steepest` at a distance of two voxels from it.
+/// Gradient below `steepest`, and below twice that two voxels away.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
-  // kCell: m, edge of a cell. kMostCells: largest number of cells along an axis. kSamples: largest number of samples of
-  // a cell that are examined along an axis. kReach: voxels; the gradient at a sample is computed from two samples at
-  // this distance on both sides.
+  // m; per axis; examined per axis; voxels of the difference
   constexpr double kCell = 2.4e-3;
   constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
-  constexpr std::size_t kLeast = 20;  // a cell with fewer uniform samples than this is not used
+  constexpr std::size_t kLeast = 20;  // uniform samples of a cell
   const glm::ivec3 edge = glm::max(glm::ivec3(glm::round(kCell / spacing)),
                                    glm::max(glm::ivec3(4), (g.size + kMostCells - 1) / kMostCells));
   const glm::ivec3 step = (edge + kSamples - 1) / kSamples, cells = (g.size + edge - 1) / edge;
@@ -84,8 +80,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
           for (p.y = from.y; p.y < to.y; p.y += step.y) {
             for (p.z = from.z; p.z < to.z; p.z += step.z) {
               const glm::dvec3 d = slope(p);
-              // A real gradient is never exactly zero. If it is zero, the scanner has clipped or filled in the grey
-              // values.
+              // Exactly zero: clipped or filled in.
               if (d == glm::dvec3(0) || !(glm::dot(d, d) < steepest * steepest) || g[p] <= darkest || steep(p))
                 continue;
               for (int a = 0; a < 3; ++a) slopes[a].push_back(d[a]);
@@ -107,7 +102,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
   return all;
 }
 
-/// Solves A x = b by Gaussian elimination. A is symmetric and positive definite.
+/// Symmetric positive definite.
 Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   for (std::size_t i = 0; i < kUnknowns; ++i) {
     for (std::size_t j = i + 1; j < kUnknowns; ++j) {
@@ -123,12 +118,10 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   return b;
 }
 
-/// Fits the polynomial to the gradients of the cells by iteratively reweighted least squares. The weights are computed
-/// from the residuals (Cauchy's function).
+/// Reweighted least squares, Cauchy.
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // kLimit: a residual of kLimit standard deviations gets half of the full weight. kLeastSpread: grey values per voxel,
-  // lower limit of the standard deviation of the residuals. kRegular: relative size of the regularization.
+  // σ of half weight; lower limit of σ, per voxel; regularization
   constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
@@ -141,8 +134,7 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
       Row row{.of = {}, .slope = c.slope[a], .samples = c.samples, .weight = c.samples};
       for (std::size_t t = 0; t < kUnknowns; ++t) {
         glm::ivec3 e = Shading::powers()[t + 1];
-        // Factor of this term in the derivative of the polynomial along axis a. The polynomial's variable runs from -1
-        // to 1 over the scan, and the derivative is per voxel.
+        // d/d voxel along a; the variable is -1 … 1.
         const double factor = e[a] / (0.5 * voxels[a]);
         if (e[a] == 0) continue;
         --e[a];
@@ -216,14 +208,8 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // kLeastRange: grey values; shading with a smaller range is not removed.
-  // kSteepest, kPerNoise: a sample is uniform if its gradient is below a limit. The limit is kSteepest grey values per
-  // voxel, or kPerNoise times the noise per voxel if this is larger.
-  // kLeastCells: smallest number of cells for a fit.
-  // kOuter: the outer part of the scan begins at this distance from the centre, as a fraction of half the scan's
-  // extent.
-  // kDarkest: the darkest and the brightest cells are ignored when the range is computed, this fraction of the cells at
-  // each end.
+  // least removed range; uniform per voxel, or per noise; cells of a fit; outer part from here (of half the extent);
+  // ends ignored in the range
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

@@ -9,8 +9,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Returns the mean curvature, per voxel, of the surface of constant distance through a sample; positive if the body is
-// convex there. The curvature is limited, because the distance has no curvature at an edge.
+// Per voxel, convex positive, limited: edges have none.
 double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
   constexpr double kMost = 0.5;
   const glm::ivec3 hi = distance.set->size - 1;
@@ -25,8 +24,7 @@ double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
 void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseMask& enamel, const SparseMask& pulp,
                          const Levels& levels, const std::optional<LocalGrey>& enamel_grey, double pulp_grey,
                          const LocalGrey& outside) {
-  // In voxels: distance from a border within which blur changes the grey values; distance from the surface within which
-  // the surroundings change them.
+  // voxels: blur at a border; surroundings at the surface
   constexpr float kBlurred = 2.5F;
   constexpr double kOutside = 3;
   constexpr double kLeast = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
@@ -41,7 +39,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
                                  own_pulp_grey = reference_grey(grey, pulp, kEnoughPulp, 1.4, 0);
   const Sparse<float> to_enamel = distance_squared_to(enamel, 4), to_pulp = distance_squared_to(pulp, 4),
                       to_dentin = distance_squared_to(dentin, 4);
-  // `usual` is the difference between the grey values of the tissue and of dentin in the whole scan.
+  // `usual`: to dentin, in the whole scan.
   const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;
@@ -58,8 +56,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
         fraction.v[i] = 1;
         return;
       }
-      // Grey value that the sample would have if the tooth consisted only of dentin. The blur of a convex surface has
-      // the effect of a displacement of the surface inward.
+      // All dentin; a convex blurred surface seems displaced inwards.
       const double of_dentin = dentin_grey ? dentin_grey->at(p) : levels.soft;
       const double displaced = at + blur * blur * curvature_at(d, p);
       const double without = glm::mix(of_dentin, outside.at(p), 0.5 * std::erfc(-displaced / (std::sqrt(2.0) * blur)));

@@ -9,12 +9,11 @@
 
 namespace typodont::haptics::importing {
 
-/// voxels, smallest blur of a scan; the mean over a voxel alone is a blur of 0.3 voxels
+/// voxels; the mean over a voxel alone is 0.3
 inline constexpr double kLeastBlur = 0.4;
 
-/// Moves the borders of enamel and pulp in a tooth until their volumes agree with the grey values (partial_volume.h).
-/// `enamel_grey` has no value if the grey value of enamel is unknown. `pulp_grey` is used if no pulp is wide enough to
-/// measure its grey value.
+/// Until volumes agree with grey values (partial_volume.h). `enamel_grey`: empty if unknown; `pulp_grey`: for narrow
+/// pulps.
 void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseMask& enamel, const SparseMask& pulp,
                          const Levels& levels, const std::optional<LocalGrey>& enamel_grey, double pulp_grey,
                          const LocalGrey& outside);

@@ -1,6 +1,5 @@
-// Reads DICOM data: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads the files in a
-// separate process (dicom_reader.cpp), and the functions here group, sort and check the slices. Data about persons is
-// not read. No message contains the name of a file, because file names often contain a person's name.
+// A folder, ZIP, DICOMDIR or multi-frame file. GDCM reads in a separate process (dicom_reader.cpp); this groups, sorts
+// and checks. No data of persons; no file names in messages.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ using glm::dvec3;
 
 constexpr std::size_t kMostFiles = 20000;
 constexpr int kDeepest = 8;  // largest depth of nested folders that are searched
-// smallest number of slices of a scan; a series with fewer slices is an overview image
+// fewer are an overview
 constexpr std::size_t kLeastSlices = 4;
 
 struct Slice {
@@ -40,11 +39,11 @@ struct Slice {
   DicomFile of;
 };
 
-/// Slices that can belong to one scan, because their series, size and orientation are equal.
+/// Slices of equal series, size and orientation.
 struct Stack {
-  DicomHeader head;  // header of the first file; its list of frames contains only the frame of the first slice
+  DicomHeader head;  // of the first file, with the first slice's frame only
   std::vector<Slice> slices;
-  std::string note;  // how the slices were placed, if the file leaves it open
+  std::string note;  // how slices were placed, if the file leaves it open
 };
 
 bool begins_dicom(std::string_view start) {
@@ -59,8 +58,7 @@ std::string first_bytes(const fs::path& file) {
   return start;
 }
 
-/// Returns the files in a folder whose content begins like a DICOM file. Symbolic links are ignored, because a cycle of
-/// links would be endless.
+/// Links are ignored: a cycle would be endless.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::size_t seen = 0;
@@ -78,15 +76,14 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Returns the file `name` to which a DICOMDIR in `folder` refers. Returns no value if the name leads out of the
-/// folder.
+/// Empty if `name` leads out of the folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
     if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
     const std::string lower = lower_case(part.string());
     std::error_code code;
-    // Systems show the names on a disc in lower case, and programs that copy a disc add an extension.
+    // Discs show lower case, copies add extensions.
     const fs::path tried[] = {part, lower, part.string() + ".dcm", lower + ".dcm"};
     const auto* const found = std::ranges::find_if(tried, [&](const fs::path& p) { return fs::exists(at / p, code); });
     at /= found == std::end(tried) ? part : *found;
@@ -112,7 +109,7 @@ dvec3 vec(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Unit vectors of a slice's picture: to the right, downwards, and away from the viewer.
+/// Right, down, away from the viewer.
 struct Axes {
   dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
 };
@@ -126,9 +123,9 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-constexpr double kSamePlace = 1e-3;  // mm; slices closer to each other than this are at the same position
+constexpr double kSamePlace = 1e-3;  // mm, same position
 
-/// Places slices by their Slice Location if they have no position, or all the same one.
+/// By Slice Location, if positions are missing or all equal.
 void place_by_location(Stack& stack) {
   std::vector<Slice>& all = stack.slices;
   const bool located = std::ranges::all_of(all, [](const Slice& s) { return s.location.has_value(); });
@@ -150,8 +147,7 @@ void place_by_location(Stack& stack) {
                   unplaced ? "the slices have no Image Position" : "all slices have the same Image Position");
 }
 
-/// Splits a stack that contains several scans of the same region into one stack per scan, and removes copies of slices.
-/// `copies` is increased by the number of removed copies.
+/// One stack per scan of the region; counts removed copies in `copies`.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   const auto along = [&](const Slice& s) { return glm::dot(s.position, normal); };
@@ -250,16 +246,14 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// The evenly spaced positions of the slices of the result. Each position is given as an index into the stack's slices.
-/// An index with a fraction means a position between two slices of the stack.
+/// As indices into the stack; a fraction lies between two slices.
 struct SliceLevels {
   std::vector<double> at;
-  dvec3 step{0}, origin{0};  // mm, vector from one slice of the result to the next, and position of the first one
+  dvec3 step{0}, origin{0};  // mm, step, and position of the first
 };
 
-/// Computes the positions of the slices of the result. If the distances between the stack's slices differ by at most 2
-/// %, the slices are used as they are. If the distances differ more, slices at even distances are interpolated. If a
-/// distance is more than 1.5 times the median, slices are missing, and the function throws Error.
+/// Distances within 2 % are used as they are, others interpolated. Throws Error above 1.5 times the median: slices are
+/// missing.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -342,8 +336,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     scan.space = "LPS";
     if (!stack.note.empty()) scan.notes.push_back(stack.note);
   } else {
-    // If the file states no positions, its frames are the slices in the same order, at the distance that the file
-    // states.
+    // Without positions: in order, at the stated distance.
     const auto same_order = [](const Slice& a, const Slice& b) {
       return a.of.order == b.of.order && a.frame == b.frame;
     };
@@ -367,7 +360,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    // degrees; largest allowed difference between two tilts of the gantry: the computed one and the one in the file
+    // degrees between computed and stated tilt
     constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
@@ -410,7 +403,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
       const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
       std::vector<float> grey = decode(own, area, element, false);
-      // In the format MONOCHROME1, the smallest value is white, so the sign of the values is changed.
+      // MONOCHROME1: the smallest is white.
       const double sign = pixels.inverted ? -1 : 1;
       for (std::size_t i = 0; i < area; ++i) {
         const double stored = static_cast<double>(grey[i]);
@@ -429,7 +422,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   }
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // If the slices are not evenly spaced, each slice of the result is interpolated between two slices of the stack.
+  // Interpolated between two slices of an uneven stack.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-/// A temporary file without a name. It disappears when the object is destroyed.
+/// Without a name; gone with the object.
 class Scratch {
  public:
   Scratch() {
@@ -28,7 +28,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   int fd() const { return fd_; }
 
-  /// Reads `bytes` bytes. Returns false at the end of the file.
+  /// false: end of the file.
   bool read(void* to, std::size_t bytes) {
     char* p = static_cast<char*>(to);
     while (bytes > 0) {
@@ -81,12 +81,12 @@ bool read_text(Scratch& in, std::string& text) {
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
   constexpr std::size_t kMostDeaths = 50;
-  // Largest size, in bytes, of the process's output for one file. It is enough for 4096 frames of about 150 bytes.
+  // bytes: 4096 frames of about 150
   constexpr std::uint64_t kOutputPerFile = 1 << 20;
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {
-    if (deaths > kMostDeaths) break;  // after too many crashes, the remaining files keep the kind "other"
+    if (deaths > kMostDeaths) break;  // too many crashes: the rest stays "other"
     Scratch list, out;
     list.write(list_of(files, from));
     const int status = run_guarded(

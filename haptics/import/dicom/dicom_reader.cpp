@@ -1,8 +1,6 @@
-// The program typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT. It reads DICOM files in a guarded process with
-// GDCM, which crashes on some damaged files. LIST is a file with the names of the DICOM files, each followed by a zero
-// byte. IMAGE is the size of the largest image in bytes, and OUTPUT is the size of the whole output in bytes. The
-// output is a sequence of records (dicom_wire.h). The process has little memory and time. It cannot start other
-// processes, use the network or change files.
+// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: reads DICOM with GDCM, which crashes on some damaged files,
+// in a process with little memory and time, no network, processes or writing. LIST: names, each with a zero byte;
+// IMAGE, OUTPUT: bytes of the largest image and of all records (dicom_wire.h).
 #include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -56,7 +54,7 @@ void say_text(DicomRecord record, std::string text) {
   write_all(text.data(), text.size());
 }
 
-/// Returns the value of a DICOM element as text, without padding.
+/// Without padding.
 std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   if (!set.FindDataElement(tag)) return "";
   const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
@@ -69,8 +67,7 @@ std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
 struct Malformed {
   std::string place, found;
 };
-/// Reads `count` numbers from a text such as "1\2\3". Returns false if the element is missing or empty. Throws
-/// Malformed if a number is missing, or if anything follows it: half a number would be a wrong one.
+/// From "1\2\3". False: missing or empty; throws Malformed on anything but numbers.
 bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name, double* to, std::size_t count) {
   const std::string text = text_of(set, tag);
   if (text.find_first_not_of(' ') == std::string::npos) return false;
@@ -94,7 +91,7 @@ bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name
   std::copy_n(numbers.begin(), count, to);
   return true;
 }
-/// Returns a number that is not needed to place or to scale a slice.
+/// Not needed to place or scale a slice.
 double number_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double otherwise) {
   double value = otherwise;
   try {
@@ -116,8 +113,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Reads the data of one frame. The data set `set` is either that of the whole file or an item of the frame's
-/// functional groups.
+/// `set`: the whole file, or an item of the frame's functional groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), "Image Position", f.position, 3)) f.has_position = 1;
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), "Image Orientation", f.orientation, 6)) f.has_orientation = 1;
@@ -133,7 +129,7 @@ void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   numbers_of(set, gdcm::Tag(0x0028, 0x1052), "Rescale Intercept", &f.intercept, 1);
 }
 void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
-  // The tags of four sequences: plane position, plane orientation, pixel measures, pixel value transformation.
+  // Plane position, plane orientation, pixel measures, value transformation.
   for (const gdcm::Tag& tag :
        {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x9145)}) {
     if (!set.FindDataElement(tag)) continue;
@@ -163,7 +159,7 @@ void headers(const std::string& name, std::uint32_t number) {
     say(DicomRecord::kFile, file);
     return;
   }
-  // GDCM has already converted numbers to the byte order of this machine.
+  // Already in this machine's byte order.
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   file.columns = short_of(set, gdcm::Tag(0x0028, 0x0011));
   file.rows = short_of(set, gdcm::Tag(0x0028, 0x0010));
@@ -186,7 +182,7 @@ void headers(const std::string& name, std::uint32_t number) {
   const std::string kernel = text_of(set, gdcm::Tag(0x0018, 0x1210));
   for (std::size_t k = 0; k < std::min(kernel.size(), sizeof file.kernel - 1); ++k)
     file.kernel[k] = kernel[k] >= ' ' && kernel[k] <= '~' ? kernel[k] : '?';
-  // A segmentation has one bit per voxel, and no grey values.
+  // One bit per voxel, no grey values.
   const bool segmentation = short_of(set, gdcm::Tag(0x0028, 0x0100)) == 1;
   const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0 && !segmentation;
   const bool color = short_of(set, gdcm::Tag(0x0028, 0x0002)) > 1;
@@ -209,19 +205,18 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // The file states only one position for all frames. This position is valid only for the first frame, so all other
-      // frames count as frames without a position.
+      // One position for all frames: only the first has it.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
 }
 
-/// Returns true if the file ends before the end of its pixels. GDCM would fill the missing pixels without an error.
+/// The file ends before its pixels; GDCM would fill them silently.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (syntax.IsEncapsulated()) {  // searches for the mark at the end of the compressed data (a sequence of fragments)
+  if (syntax.IsEncapsulated()) {  // the mark at the end of compressed fragments
     return bytes.rfind(std::string("\xfe\xff\xdd\xe0", 4)) == std::string::npos;
   }
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
@@ -243,8 +238,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Finds the element that contains the pixels, and compares the length that the element states with the number of
-  // bytes that follow. The element's tag and the form of its length depend on the transfer syntax.
+  // Stated length against what follows; tag and length depend on the transfer syntax.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -252,7 +246,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   const std::string tag = big ? std::string("\x7f\xe0\0\x10", 4) : std::string("\xe0\x7f\x10\0", 4);
   std::string size(reinterpret_cast<const char*>(&length), sizeof length);
   if (big) std::reverse(size.begin(), size.end());
-  // With explicit VR (value representation), the type and two zero bytes lie between tag and length.
+  // Explicit VR: type and two zero bytes before the length.
   const std::size_t before = syntax.IsImplicit() ? 4 : 8;
   for (std::size_t at = bytes.rfind(tag); at != std::string::npos; at = at == 0 ? at - 1 : bytes.rfind(tag, at - 1)) {
     if (bytes.compare(std::min(at + before, bytes.size()), 4, size) != 0) continue;
@@ -261,8 +255,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   return true;
 }
 
-/// If the pixels are stored above unused low bits (High Bit > Bits Stored - 1), shifts them down. Returns false if
-/// these attributes contradict each other.
+/// High Bit > Bits Stored - 1: shifts down. False: contradictory.
 bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vector<char>& bytes) {
   const gdcm::DataSet& set = file.GetDataSet();
   const std::uint32_t allocated = short_of(set, gdcm::Tag(0x0028, 0x0100)),
@@ -271,7 +264,7 @@ bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vect
   if (allocated != 16 || high + 1 == stored) return true;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   const gdcm::ByteValue* raw = image.GetDataElement().GetByteValue();
-  // GDCM gives wrong numbers here, so the shift is applied to the bytes of the file.
+  // On the file's bytes: GDCM gives wrong numbers.
   if (stored == 0 || high + 1 < stored || high > 15 || syntax.IsEncapsulated() || !raw ||
       syntax == gdcm::TransferSyntax::ExplicitVRBigEndian || raw->GetLength() < bytes.size())
     return false;
@@ -360,11 +353,10 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   {
     std::ifstream list(argv[2], std::ios::binary);
-    // File names may contain line ends, so each name ends with a zero byte.
+    // Names may contain line ends.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // Limits of this process. Its memory is kBase bytes for the libraries, and kCopies times the size of the image for
-  // the copies of the image (file, decoded pixels, buffers of the codec). Its processor time is kSeconds.
+  // Memory: kBase + kCopies × image. Processor time: kSeconds.
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -374,8 +366,7 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    // An empty name stands for a file that an earlier process has already handled. That process then crashed, and this
-    // process continues with the next files.
+    // Already handled by a process that crashed.
     if (names[number].empty()) continue;
     say(DicomRecord::kBegins, number);
     try {

@@ -1,5 +1,4 @@
-// The records that the guarded DICOM reader writes and the program reads and checks. They contain no personal
-// data: no name, date or identification number.
+// Records of the guarded DICOM reader, without personal data.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +7,13 @@ namespace typodont::haptics::importing {
 
 /// Type of a record. Every record begins with its type.
 enum class DicomRecord : std::uint32_t {
-  // Announces that the process begins to read a file: uint32 index of the file. If no record follows this one, the
-  // process crashed while it read the file.
+  // uint32 index of the file; without a next record, the process crashed on it.
   kBegins = 0x44420001,
   kFile,       // followed by a DicomFile
-  kFrame,      // followed by a DicomFrame, the data of one frame of the file
-  kReference,  // name of a file to which a DICOMDIR refers, relative to the DICOMDIR: uint32 length, then the name
+  kFrame,      // then a DicomFrame
+  kReference,  // of a DICOMDIR: uint32 length, then the relative name
   kPixels,     // followed by a DicomPixels and the bytes of the pixels
-  kRefused,    // why the file was refused: uint32 length, then the text; among headers "place\nfound"
+  kRefused,    // uint32 length, then the text; among headers "place\nfound"
   kEnd,        // end of the output
 };
 
@@ -36,8 +34,7 @@ struct DicomFile {
 struct DicomFrame {
   std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0, has_location = 0;
   std::uint8_t gap_is_thickness = 0;  // 1 if `gap` is only the slice thickness
-  // Position of the first voxel in mm; unit vectors of the row and column directions; spacing of rows and of columns in
-  // mm.
+  // mm of the first voxel; unit vectors of rows and columns; mm between rows, columns.
   double position[3] = {}, orientation[6] = {}, spacing[2] = {};
   double gap = 0;       // mm, distance between slices as the file states it
   double location = 0;  // mm, position along the stack

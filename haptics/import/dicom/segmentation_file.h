@@ -6,11 +6,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Returns a DICOM file with one binary segment for each tissue that occurs in `labels`. `labels` has the number of a
-/// tissue for each of the `size` voxels (0 outside the body), with x as the fastest index. The voxel with the indices p
-/// has the position step · p + origin, in mm in the space LPS. The file contains no data of a person: the elements for
-/// such data, which the standard demands, are empty, and all identifiers are new random numbers. Throws Error if the
-/// format cannot hold the labels; the message names `file`.
+/// One binary segment per tissue. `labels`: x fastest, 0 outside; voxel p at step · p + origin (mm, LPS). No personal
+/// data, random identifiers. Throws Error with `file` if the format cannot hold it.
 std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, const std::string& labels,
                                const glm::dmat3& step, const glm::dvec3& origin);
 

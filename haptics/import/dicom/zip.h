@@ -1,4 +1,4 @@
-// Unpacks ZIP archives into a folder of this process. Not for real-time threads; throws Error.
+// Unpacks ZIP archives. Not for real time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,8 @@ namespace typodont::haptics::importing {
 
 bool is_zip(std::string_view first_bytes);
 
-/// Unpacks all files of an archive (stored or deflated, not encrypted, at most 4 GB). The files get numbers instead of
-/// their names, so that no name in the archive can lead outside the folder. Sizes are checked before anything is
-/// written.
+/// Stored or deflated, unencrypted, at most 4 GB. Numbers replace names, so none leads out of the folder. Sizes are
+/// checked first.
 std::vector<std::filesystem::path> unzip(const std::filesystem::path& archive, const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics::importing
