@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
 #include "haptics/hardness.h"
 #include "haptics/label.h"
 #include "haptics/patch_step.h"
@@ -156,19 +156,15 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// First version of the servo's force laws with three rules. A tool may move only 0.4 mm inside its patch (1 mm
-/// before). The carver centres a patch ahead of the moving tool. A patch consists of whole blocks of 8³ samples, as the
-/// leaves of the carver's volume, so a patch that moves is copied leaf by leaf.
-inline constexpr std::uint32_t kLawsOfAlignedPatches = 14;
-
 /// Returns the edge length of a patch (copied tissue) for these tools, in samples. It includes the tools' reach, the
 /// samples that an interpolation needs, and the distance that a tool may move while the carver prepares the next patch.
-int patch_edge_for(std::span<const Tool> tools, double voxel, std::uint32_t laws = kServoLaws);
+/// A patch consists of whole leaves (8³ samples) of the carver's volume, so it is copied leaf by leaf.
+int patch_edge_for(std::span<const Tool> tools, double voxel);
 /// Returns the distance in voxels that a tool may move from the centre of its patch before it leaves the patch.
-double patch_travel_for(std::span<const Tool> tools, double voxel, std::uint32_t laws = kServoLaws);
+double patch_travel_for(std::span<const Tool> tools, double voxel);
 /// Creates an empty patch (copy of the tissue; number 0) with the edge length patch_edge_for(). If a tool has a shank,
 /// it includes the coarse patch.
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, std::uint32_t laws = kServoLaws);
+SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 /// Returns the hardness that the hand feels at sample `at`: the sample's hardness byte, or the hardness of the filling
 /// there. Only for a patch with hardness per voxel.

@@ -12,16 +12,13 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is cut in one step; kShortOfLaws4 is the value for versions 1 to 4 of the force laws. Such
-// a step first cuts with the head at its end pose. Then a search finds the samples that were deeper inside the head
-// during the motion than at its end.
-constexpr double kShort = 3, kShortOfLaws4 = 1;
+// Voxels, longest path that is cut in one step. Such a step first cuts with the head at its end pose. Then a search
+// finds the samples that were deeper inside the head during the motion than at its end.
+constexpr double kShort = 3;
 // Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. When a whole bed (hole)
 // is drilled, the error from all these sideways motions together is far below kTop (5e-4 voxel), the tolerance of the
 // samples' depths.
 constexpr double kAlongAxis = 1e-9;
-// first version of the force laws in which a drill that moves along its axis cuts only at its end
-constexpr std::uint32_t kLawsOfAxis = 7;
 
 /// Returns true if the head is a cylinder with a flat end. Only for such a head is the fast code for the rim exact.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
@@ -41,21 +38,16 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest deviation between the curved path of a sample and the straight segments that replace it. kBendOfLaws4
-// is the value for versions 1 to 4 of the force laws. With the larger value kBend, a fast rotation needs only half as
-// many segments.
-constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
+// Voxels, largest deviation between the curved path of a sample and the straight segments that replace it.
+constexpr double kBend = 0.01;
 // Voxels; for a head with a round end: the curved path of a sample is divided into parts that deviate from a straight
 // line by at most this. A second-order correction (Straight::bend_turn) makes the remaining error much smaller.
 constexpr double kMostBend = 0.03;
-// first version of the force laws in which the path of a head with a round end has a second-order term
-constexpr std::uint32_t kLawsOfBends = 11;
 
 }  // namespace
 
-Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues,
-             std::uint32_t laws)
-    : sphere_(tool.shape == HeadShape::kSphere), continues_(continues), laws_(laws) {
+Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
+    : sphere_(tool.shape == HeadShape::kSphere), continues_(continues) {
   const dvec3 a = frame.to_voxels(X_WA.p), b = frame.to_voxels(X_WB.p);
   base_ = glm::ivec3(glm::floor(a));
   a_ = glm::vec3(a - dvec3(base_));
@@ -76,16 +68,13 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
-    bends_ = laws >= kLawsOfBends && turn_ > 0 && head.count > 1 && has_round_end(pieces_, 1);
-    const double most = bends_      ? kMostBend
-                        : laws >= 5 ? kBend
-                                    : kBendOfLaws4,
-                 shortest = laws >= 5 ? kShort : kShortOfLaws4;
+    bends_ = turn_ > 0 && head.count > 1 && has_round_end(pieces_, 1);
+    const double most = bends_ ? kMostBend : kBend;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
-    if (straights_ == 1 && travel_ <= shortest && bend <= kBend) straights_ = 0;
+    if (straights_ == 1 && travel_ <= kShort && bend <= kBend) straights_ = 0;
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
-    along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
-                  moves_along_axis(tool, X_VA_, X_VB_, reach);
+    along_axis_ =
+        continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
       // If the drill moves along its axis, most samples beside its flank do not change. These are the samples whose
       // nearest point on the head is on the flank, with the head at the start of the sweep (A).

@@ -6,8 +6,8 @@
 #include <span>
 
 #include "engine/base/pose.h"
-#include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
 #include "haptics/cutting/removed.h"
 #include "haptics/cutting/way.h"
 #include "haptics/tool.h"
@@ -22,10 +22,8 @@ class CutFront;
 class Sweep {
  public:
   /// `continues`: true if the previous sweep ended at A (the start of the sweep) and removed the head's volume there;
-  /// only tissue ahead of the head can then change. `laws`: version of the servo's force laws (contact.h); different
-  /// versions give slightly different results.
-  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false,
-        std::uint32_t laws = kServoLaws);
+  /// only tissue ahead of the head can then change.
+  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false);
 
   /// Corners of the box (inclusive) that contains all voxels within `kMargin` voxels of the swept head.
   const glm::ivec3& lo() const { return lo_; }
@@ -122,7 +120,6 @@ class Sweep {
   bool sphere_, continues_;
   // true: the drill continues along its axis and cuts only with its end, so samples beside its flank do not change.
   bool along_axis_ = false;
-  std::uint32_t laws_;                           // version of the servo's force laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
   // straight path of the head from pose B back to pose A; read it with way_back(), which sets its member `pieces`
   Straight back_;

@@ -7,18 +7,17 @@
 namespace typodont::haptics {
 
 /// Returns the value of travel(). If the tool is farther than half of it from the centre of the patch, the servo
-/// reports the carver as late. Since kLawsOfAlignedPatches, a patch may be centred so far ahead of the tool that the
-/// tool is beyond half of the distance that it may move. So the servo then compares with the whole distance.
+/// reports the carver as late. A patch may be centred so far ahead of the tool that the tool is beyond half of the
+/// distance that it may move. So travel() is twice this distance.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
-  const double travel = patch_travel_for(tool_set(settings), voxel, settings.laws) * voxel;
-  return settings.laws < kLawsOfAlignedPatches ? travel : 2 * travel;
+  return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
 }
 
 PatchModel::PatchModel(const ServoSettings& settings)
     : settings_(settings),
       travel_(reported_travel(settings)),
-      patch_(empty_patch_for(tool_set(settings), settings.frame.voxel, settings.laws)) {}
+      patch_(empty_patch_for(tool_set(settings), settings.frame.voxel)) {}
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);

@@ -10,42 +10,39 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the distance in voxels that a tool may move from the centre of its patch (copy of the field). Since
-/// kLawsOfAlignedPatches it is 0.4 mm instead of 1 mm, so that fewer samples are copied while the tool moves. The
-/// centre of a patch is then rounded to a multiple of eight voxels, so half of the distance must exceed four voxels. An
-/// instrument that fills keeps the larger distance, because it looks in its patch for places to fill.
-double travel_for(const Tool& tool, double voxel, std::uint32_t laws) {
-  const bool large = laws < kLawsOfAlignedPatches || tool.fill != Tissue::kAir;
-  return std::max(
-      {laws < kLawsOfAlignedPatches ? 8.0 : 9.0, (large ? 1e-3 : 0.4e-3) / voxel, 0.25 * tool.reach() / voxel});
+/// Returns the distance in voxels that a tool may move from the centre of its patch (copy of the field). It is at least
+/// 0.4 mm. The position of a patch is a multiple of eight voxels, so half of the distance must exceed four voxels. An
+/// instrument that fills may move 1 mm, because it looks in its patch for places to fill.
+double travel_for(const Tool& tool, double voxel) {
+  const double least = tool.fill != Tissue::kAir ? 1e-3 : 0.4e-3;
+  return std::max({9.0, least / voxel, 0.25 * tool.reach() / voxel});
 }
 
 }  // namespace
 
-int patch_edge_for(std::span<const Tool> tools, double voxel, std::uint32_t laws) {
+int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
     // A portion of filling grows beyond the end of the head. It can be added only if it lies completely inside the
     // patch (copy of the field), so the reach includes it.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
-    half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel, laws));
+    half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
-  if (laws < kLawsOfAlignedPatches) return 2 * static_cast<int>(std::ceil(half)) + 1;
   // The difference 1e-6 prevents that a rounding error adds eight samples.
   constexpr int n = Sweep::kLeaf;
   return n * static_cast<int>(std::ceil((2 * half + 1 - 1e-6) / n));
 }
 
-double patch_travel_for(std::span<const Tool> tools, double voxel, std::uint32_t laws) {
+double patch_travel_for(std::span<const Tool> tools, double voxel) {
   double travel = 1e300;
-  for (const Tool& tool : tools) travel = std::min(travel, travel_for(tool, voxel, laws));
+  for (const Tool& tool : tools) travel = std::min(travel, travel_for(tool, voxel));
   return travel;
 }
 
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, std::uint32_t laws) {
+SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
   SurfacePatch patch;
-  patch.resize(patch_edge_for(tools, voxel, laws));
-  const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel, laws) * voxel / voxel);
+  patch.resize(patch_edge_for(tools, voxel));
+  const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
   if (coarse.edge > 0) {
     patch.coarse_levels.emplace_back();
     patch.coarse_levels.front().resize(coarse.edge);

@@ -30,9 +30,6 @@ namespace {
 
 namespace {
 
-// First version of the force laws that computes the depth of a block's centre in closed form (look_at_line()) where a
-// single line of the head's outline determines this depth. Earlier versions search for the largest depth on the path.
-constexpr std::uint32_t kLawsOfLines = 11;
 // Limit of the tangent of half the angle between the normals at a corner of the head's outline. At a sharper corner,
 // the depth is not computed from one line alone.
 constexpr float kRightAngle = 1.001f;
@@ -654,13 +651,12 @@ class PathPass {
   /// beginning of this part. `turned`: voxels, bound of the difference between the paths of a sample and of its block's
   /// centre. `rounding`: voxels, rounding error of the component of a path along a normal. `known` (may be null):
   /// receives the path length at which each block must be examined again; null if another part of the path follows.
-  PathPass(const Straight& part, bool cut_before, float turned, float rounding, std::uint32_t laws,
-           const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known)
+  PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
+           RemovedVolume* removed, const DueBlocks* known)
       : way_(part),
         cut_before_(cut_before),
         turned_(turned),
         rounding_(rounding),
-        laws_(laws),
         target_(target),
         removed_(removed),
         known_(known),
@@ -724,8 +720,8 @@ class PathPass {
       }
       if (!pieces_seen) look_at_pieces(&way_, &at, rounding_);
       pieces_seen = true;
-      if (cut_before_ && laws_ >= 5 && at.recedes[lane]) continue;
-      const int line = laws_ >= kLawsOfLines ? at.line[lane] : -1;
+      if (cut_before_ && at.recedes[lane]) continue;
+      const int line = at.line[lane];
       Group& group = groups_[line >= 0 ? line : HeadField::kMaxPieces];
       WayBlock& block = group.blocks[group.count];
       place(block, begun_[lane]);
@@ -797,7 +793,6 @@ class PathPass {
   const Straight way_;
   const bool cut_before_;
   const float turned_, rounding_;
-  const std::uint32_t laws_;
   const HeadTarget& target_;
   RemovedVolume* const removed_;
   const DueBlocks* const known_;
@@ -850,8 +845,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
     // Only the last part of the path determines the path length at which a block must be examined again.
-    PathPass pass(way, continues_ || k > 1, turned, rounding, laws_, target, removed,
-                  k == straights_ ? known : nullptr);
+    PathPass pass(way, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
         int lowest = first.z, highest = last.z;

@@ -66,8 +66,6 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.rate = 0;
   c.friction = {};
   fade_teeth(now);
-  // In version 1 of the force laws, the last force decreases slowly where there is no snapshot.
-  if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
 
 /// Computes the force with which the proxy pulls the hand through a virtual coupling (spring and damper).
@@ -222,7 +220,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   if (c.teeth_force == dvec3(0)) return;
   // N, the part of the cutting edges' force that remains after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
-  if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
+  if (left > 0 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
     limit_teeth_energy(now);
   } else {

@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 using P = LimitParameters;
 
-bool Servo::State::lands(const ContactTick& now) const noexcept {
-  return settings.laws >= P::laws_of_landing && now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
+bool Servo::State::lands(const ContactTick& now) noexcept {
+  return now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
 }
 
 dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
@@ -18,8 +18,8 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns by how much (N) a force change must be reduced in this tick; the rest follows in later ticks. `change`: N,
-/// size of the change, larger than the slew limit allows. From version 8 of the force laws on, a change that the hand's
-/// own displacement causes is excepted: while the hand retreats, it is not delayed; while the hand advances, at most
+/// size of the change, larger than the slew limit allows. A change that the hand's own displacement causes is
+/// excepted: while the hand retreats, it is not delayed; while the hand advances, at most
 /// lag_limit of it is delayed. A delayed force is too small while the hand advances and too large while it retreats,
 /// and both take energy from the energy ledger.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
@@ -96,7 +96,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
 /// energy, so that spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
-  if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
+  if (!(now.in.cuts || l.unpaid || now.contact.late)) return 1;
   if (now.contact.late) l.unpaid = true;
   const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
   const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
@@ -107,7 +107,7 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the factor 0..1 by which the force is reduced so that the energy E in the energy ledger is enough for the
-/// hand's whole retreat, not only for the next tick (from version 8 of the force laws on). `at_stake`: J, energy that
+/// hand's whole retreat, not only for the next tick. `at_stake`: J, energy that
 /// the unreduced force may give to the hand in the next tick.
 /// Two limits follow from E. (1) The force is at most √(2 k E), the force at which a spring of the stiffness k stores
 /// E. (2) If the hand may retreat by Δ in a tick, passive_fraction() allows at most the force E / a, with a = Δ ×

@@ -58,8 +58,6 @@ struct CouplingParameters {
   // J; if the tissue under the head becomes stiffer, the coupling may always store up to this energy, even if the
   // energy ledger holds less
   static constexpr double unpaid = 0.15e-3;
-  // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
-  static constexpr double fade_time_of_laws_1 = 0.1;
   // Number of ticks. The work of the spindle that the cutting edges have not used yet must suffice for the force of the
   // cutting edges in this many ticks. Otherwise this force is reduced.
   static constexpr double teeth_ahead = 50;
@@ -79,9 +77,6 @@ struct LimitParameters {
   // If the coupling's force is more than this factor times the force that the energy ledger can pay for, the ledger
   // begins to limit the force.
   static constexpr double unpaid_ratio = 2;
-  // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
-  // limits.cpp)
-  static constexpr std::uint32_t laws_of_landing = 8;
   // Limit of the ratio of two forces: the force that the hand feels, divided by the full force of the coupling. If the
   // ratio stays below this limit for rest_time, the force on the cutting edges begins to rise from the felt force to
   // the coupling's full force.

@@ -188,9 +188,7 @@ struct Servo::State {
 
   /// Returns the limit of the energy ledger's debt, J. A greater debt is cancelled: it would allow no force, and
   /// without a force the hand could never pay the debt back. The limit is at most the credit of the passivity law.
-  double most_debt() const noexcept {
-    return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
-  }
+  double most_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
 
   /// Returns the largest debt of the energy ledger, J, that is cancelled when a contact ends. Usually it is the energy
   /// `limits.given`, which was allowed during the contact. But a debt above most_debt() is cancelled completely,
@@ -249,8 +247,8 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Returns the change (N) of the force of tissue and cutting edges since the last tick.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if a drill's contact with tissue is softened by further limits (force laws from version 8 on).
-  bool lands(const ContactTick& now) const noexcept;
+  /// Returns true if a drill's contact with tissue is softened by further limits.
+  static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void press_teeth(const ContactTick& now) noexcept;

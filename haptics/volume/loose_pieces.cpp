@@ -17,9 +17,6 @@ constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 // Limits of the search's work. The credit is the number of blocks that may still be visited. kCreditPerCut: number of
 // blocks that each cut adds to the credit. kMostCredit: largest credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
-// First version of the force laws in which a search ends before its flood fills spread, if the tissue around each group
-// of samples that became air is connected. Such a search visits fewer blocks, so it uses less credit.
-constexpr std::uint32_t kLawsOfGroups = 16;
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -523,7 +520,8 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
     blocks_->start_around(volume, block, gone);
   }
   emptied_.clear();
-  const bool connected = laws_ >= kLawsOfGroups && blocks_->connected_around_each_group(volume);
+  // If the tissue around each group of samples that became air is connected, no flood fill is needed.
+  const bool connected = blocks_->connected_around_each_group(volume);
   if (!connected) blocks_->run(volume);
   credit_ -= blocks_->looked_at();
   if (connected || blocks_->apart() < 2) return {};

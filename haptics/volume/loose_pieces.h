@@ -39,8 +39,6 @@ class LoosePieces {
   explicit LoosePieces(const TissueVolume& volume);
   ~LoosePieces();
 
-  /// Sets the version of the servo's force laws whose cuts are searched. Called before the first cut.
-  void set_laws(std::uint32_t laws) { laws_ = laws; }
   /// Returns the pieces that a cut separated; the volume still contains them. `written`: box of the voxels that the
   /// cut wrote. `blocks`: the blocks in which tissue may have become air; their bits mark the samples still in tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
@@ -84,7 +82,6 @@ class LoosePieces {
   std::vector<Emptied> emptied_;
   // number of blocks that may still be visited: each cut adds to it, and each flood fill subtracts from it
   std::int64_t credit_ = 0;
-  std::uint32_t laws_ = kServoLaws;
 };
 
 }  // namespace typodont::haptics

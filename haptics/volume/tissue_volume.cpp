@@ -324,116 +324,6 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// Rows of samples in memory, in a leaf or in a dense block: the address of the first sample, and the strides.
-template <class T>
-struct Rows {
-  T* first;
-  std::ptrdiff_t stride_x, stride_y;
-};
-
-/// Copies `length` samples of each of `count_x` × `count_y` rows, and applies `converted` to each value. The length is
-/// a template parameter. With a variable length, the loop over so few samples would take longer than the copying
-/// itself.
-template <int length, class Value, class Out, class Convert>
-void copy_short_rows(const Rows<const Value>& from, const Rows<Out>& to, int count_x, int count_y,
-                     const Convert& converted) {
-  for (int x = 0; x < count_x; ++x) {
-    const Value* values = from.first + x * from.stride_x;
-    Out* row = to.first + x * to.stride_x;
-    for (int y = 0; y < count_y; ++y, values += from.stride_y, row += to.stride_y) {
-      Value samples[length];  // all samples are read before the first one is written, so that the loop is vectorised
-      std::memcpy(samples, values, sizeof samples);
-      for (int z = 0; z < length; ++z) row[z] = converted(samples[z]);
-    }
-  }
-}
-/// Calls copy_short_rows() for a length of 1 to `longest`.
-template <int longest, class... Arguments>
-void copy_rows(int length, const Arguments&... arguments) {
-  [&]<int... shorter>(std::integer_sequence<int, shorter...>) {
-    ((length == shorter + 1 && (copy_short_rows<shorter + 1>(arguments...), true)) || ...);
-  }
-  (std::make_integer_sequence<int, longest>());
-}
-
-/// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
-/// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
-/// value) that contains it.
-template <class Grid, class Out, class Convert>
-void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
-              const Convert& converted) {
-  using Value = typename Grid::ValueType;
-  constexpr int n = Grid::TreeType::LeafNodeType::DIM;
-  struct Stretch {  // a whole row of a leaf, or samples of a row that have one value
-    const Value* leaf;
-    Out tile;
-    int from, length;
-  };
-  std::vector<Stretch> stretches;
-  const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
-  auto accessor = grid.getConstAccessor();
-  const auto first = [](int v) { return floor_div(v, n) * n; };
-  // If the copied box is thin along z, its rows are short, and a loop over rows would spend most of its time on
-  // starting the inner loops. So the leaves of a thin box are copied one by one.
-  const bool thin = part.hi.z - part.lo.z < 4 * n;
-  for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
-    const int from_x = std::max(x0, part.lo.x), count_x = std::min(x0 + n - 1, part.hi.x) - from_x + 1;
-    for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
-      const int from_y = std::max(y0, part.lo.y), count_y = std::min(y0 + n - 1, part.hi.y) - from_y + 1;
-      const std::ptrdiff_t in_leaf = ((from_x - x0) * n + (from_y - y0)) * n;
-      Out* const rows = out + ((from_x - lo.x) * stride_x + (from_y - lo.y) * stride_y - lo.z);
-      stretches.clear();
-      for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
-        const openvdb::Coord origin(x0, y0, z0);
-        const int from = std::max(z0, part.lo.z), length = std::min(z0 + n - 1, part.hi.z) - from + 1;
-        const Rows<Out> to{rows + from, stride_x, stride_y};
-        if (const auto* leaf = accessor.probeConstLeaf(origin)) {
-          const Value* const values = leaf->buffer().data() + in_leaf;
-          if (thin || length < n) {
-            copy_rows<n>(length, Rows<const Value>{values + (from - z0), n * n, n}, to, count_x, count_y, converted);
-          } else {
-            stretches.push_back({values, Out{}, from, length});
-          }
-          continue;
-        }
-        const Out tile = converted(accessor.getValue(origin));
-        if (thin) {
-          Out tiles[n];
-          std::fill_n(tiles, n, tile);
-          copy_rows<n>(length, Rows<const Out>{tiles, 0, 0}, to, count_x, count_y, [](Out value) { return value; });
-        } else if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile &&
-                   stretches.back().from + stretches.back().length == from) {
-          stretches.back().length += length;
-        } else {
-          stretches.push_back({nullptr, tile, from, length});
-        }
-      }
-      for (int x = 0; x < count_x && !stretches.empty(); ++x) {
-        for (int y = 0; y < count_y; ++y) {
-          Out* const row = rows + (x * stride_x + y * stride_y);
-          const std::ptrdiff_t at = (x * n + y) * n;
-          for (const Stretch& stretch : stretches) {
-            Out* const to = row + stretch.from;
-            if (!stretch.leaf) {
-              std::fill_n(to, stretch.length, stretch.tile);
-              continue;
-            }
-            // the constant length of a whole row allows vectorisation
-            const Value* const values = stretch.leaf + at;
-            for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
-          }
-        }
-      }
-    }
-  }
-}
-
-// These conversions are lambdas instead of functions, so that the loops that use them are vectorised.
-constexpr auto kDistance = [](float distance) { return distance; };
-constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
-constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
-constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
-
 /// Copies one row of a leaf. The values are converted in a local array, so that the loop is vectorised.
 template <class Value, class Out, class Convert>
 void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
@@ -446,6 +336,50 @@ void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
     std::memcpy(to, row, sizeof row);
   }
 }
+
+/// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
+/// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
+/// value) that contains it.
+template <class Grid, class Out, class Convert>
+void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
+              const Convert& converted) {
+  constexpr int n = Grid::TreeType::LeafNodeType::DIM;
+  const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
+  auto accessor = grid.getConstAccessor();
+  const auto first = [](int v) { return floor_div(v, n) * n; };
+  for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
+    for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
+      for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
+        const glm::ivec3 leaf_lo(x0, y0, z0);
+        const glm::ivec3 from = glm::max(leaf_lo, part.lo), to = glm::min(leaf_lo + n - 1, part.hi);
+        const int length = to.z - from.z + 1;
+        const auto* leaf = accessor.probeConstLeaf(coord(leaf_lo));
+        const Out tile = leaf ? Out{} : converted(accessor.getValue(coord(leaf_lo)));
+        for (int x = from.x; x <= to.x; ++x) {
+          for (int y = from.y; y <= to.y; ++y) {
+            Out* const row = out + ((x - lo.x) * stride_x + (y - lo.y) * stride_y + (from.z - lo.z));
+            if (!leaf) {
+              std::fill_n(row, length, tile);
+              continue;
+            }
+            const auto* const values = leaf->buffer().data() + (((x - x0) * n + (y - y0)) * n + (from.z - z0));
+            if (length == n) {
+              copy_leaf_row(values, row, converted);
+            } else {
+              std::transform(values, values + length, row, converted);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+// These conversions are lambdas instead of functions, so that the loops that use them are vectorised.
+constexpr auto kDistance = [](float distance) { return distance; };
+constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
+constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
+constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
 /// Copies a whole leaf into a dense block with the given strides.
 template <class Value, class Out, class Convert>

@@ -192,16 +192,14 @@ TEST(SurfacePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
   }
 }
 
-TEST(SurfacePatch, OfABurHasFewerSamplesThanInOlderForceLaws) {
+TEST(SurfacePatch, OfABurHas56SamplesAlongEachAxisAndThatOfAFillingInstrumentMore) {
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
-  EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm, 13), 79);
   EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm), 56);
-  // An instrument that fills searches its patch for places to fill, so its patch is not smaller than before.
+  // An instrument that fills searches its patch for places to fill.
   Tool condenser = bur;
   condenser.cuts = false, condenser.fill = Tissue::kComposite, condenser.fill_reach = 0.6_mm;
-  EXPECT_GE(haptics::patch_edge_for(std::array{condenser}, 0.05_mm),
-            haptics::patch_edge_for(std::array{condenser}, 0.05_mm, 13));
+  EXPECT_GE(haptics::patch_edge_for(std::array{condenser}, 0.05_mm), 79);
 }
 
 TEST(SurfacePatch, IsCentredAheadOfAToolThatMoves) {
@@ -240,9 +238,8 @@ TEST(SurfacePatch, AHandThatIsFasterThanItsPatchesDoesNotPassThroughAThinSheet) 
 
 /// Returns a hash of the forces and of the proxy's poses of a session: a bur with a shank slides over a block, and then
 /// drills into it and moves to the side.
-std::uint64_t hash_of_session(std::uint32_t laws) {
+std::uint64_t hash_of_session() {
   haptics::ServoSettings settings = test::drill_settings("offset");
-  settings.laws = laws;
   settings.tool.shank_length = 5.0_mm, settings.tool.shank_diameter = 1.0_mm;
   HapticBench bench(kBlock, settings);
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -257,13 +254,8 @@ std::uint64_t hash_of_session(std::uint32_t laws) {
   return hash ^ bench.carver.volume().hash();
 }
 
-// The hashes were computed with programs whose newest force laws were the versions 13, 15 and 16. A recorded session is
-// replayed with its own laws, so these hashes must never change.
-TEST(SurfacePatch, OlderForceLawsStillGiveTheirBits) {
-  EXPECT_EQ(hash_of_session(13), 0x399e8f19da43ec72u);
-  EXPECT_EQ(hash_of_session(15), 0x2c688f19da43ec72u);
-  EXPECT_EQ(hash_of_session(16), 0x2c688f19da43ec72u);
-  EXPECT_NE(hash_of_session(kServoLaws), hash_of_session(13)) << "the versions differ, so the test sees them";
+TEST(SurfacePatch, TheForceLawGivesTheBitsOfItsVersion) {
+  EXPECT_EQ(hash_of_session(), 0x2c688f19da43ec72u) << "raise kForceLaw with this hash";
 }
 
 TEST(SlidingBuffer, NeedsNoFileSoALimitOfTheFileSizeDoesNotMatter) {

@@ -21,11 +21,10 @@ constexpr const char* kBlock =
     R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [14, 10, 8]}}}]})";
 constexpr double kTop = 4.0_mm, kDeep = 2.5_mm;
 
-haptics::ServoSettings drill(std::uint32_t laws) {
+haptics::ServoSettings drill() {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;
   settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
-  settings.laws = laws;
   return settings;
 }
 
@@ -71,7 +70,7 @@ void drill_under_a_roof(Hand& hand) {
 }
 
 TEST(Retreat, ABurUnderAnOverhangRetreatsAlongItsPathWhenTheHandHasLeft) {
-  Hand hand(drill(3));
+  Hand hand(drill());
   drill_under_a_roof(hand);
   hand.faults = 0;
   hand.worst_step = 0;
@@ -82,16 +81,8 @@ TEST(Retreat, ABurUnderAnOverhangRetreatsAlongItsPathWhenTheHandHasLeft) {
   EXPECT_LT(hand.worst_step, 0.08);  // force of the damper at the speed of the hand
 }
 
-TEST(Retreat, WithTheOlderLawsTheBurStaysUnderTheOverhang) {
-  Hand hand(drill(2));
-  drill_under_a_roof(hand);
-  hand.rest(3);
-  EXPECT_LT(hand.tool().z, kTop - 1.5_mm);
-  EXPECT_FALSE(hand.faults & bits(Fault::kWedged));
-}
-
 TEST(Retreat, NothingIsCutDuringTheRetreat) {
-  Hand hand(drill(3));
+  Hand hand(drill());
   drill_under_a_roof(hand);
   const std::uint64_t cuts = hand.bench.last.cuts;
   hand.rest(3);
@@ -99,7 +90,7 @@ TEST(Retreat, NothingIsCutDuringTheRetreat) {
 }
 
 TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
-  Hand hand(drill(3));
+  Hand hand(drill());
   hand.go({0, 0, kTop - kDeep - 0.5_mm}, 1, 4e-3);
   hand.rest(1.5, 1);
   hand.rest(0.5, 0);
@@ -115,7 +106,7 @@ TEST(Retreat, AMissingPathBackIsReportedToTheUser) {
   HapticBench bench(
       R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [
            {"box": {"size_mm": [6, 6, 6]}}, {"sphere": {"radius_mm": 1.2}}]}}]})",
-      drill(3));
+      drill());
   bench.tick({dvec3(0)});
   for (int i = 0; i <= 600; ++i) bench.tick({dvec3(0, 0, 1e-5 * i)});
   int told_after = -1;

@@ -21,12 +21,10 @@ struct Leaving {
   double largest_step = 0;         // N, between two free ticks
 };
 
-Leaving leave_wall(const char* model, std::uint32_t laws) {
-  haptics::ServoSettings settings = test::drill_settings(model);
-  settings.laws = laws;
+Leaving leave_wall(const char* model) {
   test::HapticBench bench(
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [3, 0, 0], "size_mm": [6, 8, 8]}}}]})",
-      settings);
+      test::drill_settings(model));
   const double touch = -0.6_mm;  // x of the head's centre where it touches the wall
   double x = touch - 0.1_mm;
   for (int i = 0; i < 500; ++i) {
@@ -52,18 +50,12 @@ Leaving leave_wall(const char* model, std::uint32_t laws) {
 
 TEST(Teeth, ForceOfABurThatLeavesTheTissueFadesWithoutAStepAndThenIsZero) {
   for (const char* model : {"offset", "packing", "voxel_penalty"}) {
-    const Leaving leaving = leave_wall(model, kServoLaws);
+    const Leaving leaving = leave_wall(model);
     EXPECT_GT(leaving.free_force.front(), 0.02) << model;
     EXPECT_LT(leaving.first_step, 0.02 + 1e3 * 50e-6) << model;  // what the spring of 1 N/mm gives in that tick besides
     EXPECT_LT(leaving.largest_step, 0.02) << model;
     EXPECT_EQ(leaving.free_force.back(), 0) << model;
   }
-}
-
-TEST(Teeth, ForceEndsInOneTickByTheLawsOfOlderRecordings) {
-  const Leaving leaving = leave_wall("offset", 3);
-  EXPECT_GT(leaving.first_step, 0.2);
-  EXPECT_EQ(leaving.free_force.front(), 0);
 }
 
 }  // namespace

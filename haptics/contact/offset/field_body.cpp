@@ -11,19 +11,13 @@ namespace typodont::haptics::offset {
 
 FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
     : volume_(std::move(tissue)), tools_(tools.begin(), tools.end()), loose_pieces_(volume_) {
-  set_laws(laws_);
-}
-
-void FieldBody::set_laws(std::uint32_t laws) {
-  laws_ = laws;
-  loose_pieces_.set_laws(laws);
-  const double voxel = volume_.frame().voxel, travel = patch_travel_for(tools_, voxel, laws);
-  travel_ = travel * voxel;
+  const double voxel = volume_.frame().voxel;
+  travel_ = patch_travel_for(tools_, voxel) * voxel;
   coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
-  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues, laws_)));
+  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues)));
 }
 
 void FieldBody::fill(const Cut& cut) {
@@ -69,9 +63,9 @@ constexpr std::size_t kMostInStep = 128;
 }  // namespace
 
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, laws_));
+  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel));
   const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
-  if (laws_ >= kLawsOfAlignedPatches && edge * edge <= kMostInStep)
+  if (edge * edge <= kMostInStep)
     patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMostInStep));
   return patch;
 }
@@ -111,7 +105,6 @@ void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
 /// Returns the first voxel of a patch with `n` samples along each axis that is centred near `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   const dvec3 center_V = volume_.frame().to_voxels(center_W);
-  if (laws_ < kLawsOfAlignedPatches) return glm::ivec3(glm::round(center_V)) - n / 2;
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
@@ -136,7 +129,7 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_p
 void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
   const glm::ivec3 lo = first_voxel(patch.center_W, patch.n), center = lo + patch.n / 2;
-  if (laws_ >= kLawsOfAlignedPatches) patch.center_W = volume_.frame().to_world(dvec3(lo) + (patch.n - 1) / 2.0);
+  patch.center_W = volume_.frame().to_world(dvec3(lo) + (patch.n - 1) / 2.0);
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
   if (volume_.graded()) patch.grade(), patch.step.grade();
@@ -169,7 +162,7 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
     volume_.copy_part(whole(patch), common(part, box_of(patch)));
   };
   renew(patch, lo, copy_part, [&](TissueVolume::Written& written, const VoxelBox& inside) {
-    if (written.listed && laws_ >= kLawsOfAlignedPatches) {
+    if (written.listed) {
       std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
       return volume_.copy_leaves(whole(patch), written.leaves);
     }
@@ -183,7 +176,6 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
 /// copies only the leaves that come in. Returns false if this is impossible: the tissue has changed in a way that the
 /// servo does not repeat itself, or too many leaves come in.
 bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
-  if (laws_ < kLawsOfAlignedPatches) return false;
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
   std::size_t leaves = 0;

@@ -18,7 +18,6 @@ class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
 
-  void set_laws(std::uint32_t laws) override;
   void carve(const Cut& cut, bool continues) override;
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
@@ -29,7 +28,7 @@ class FieldBody : public TissueBody {
   PerTissue taken_back() const override { return volume_.taken_back(); }
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
-  bool leads() const override { return laws_ >= kLawsOfAlignedPatches; }
+  bool leads() const override { return true; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
@@ -63,8 +62,7 @@ class FieldBody : public TissueBody {
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  double travel_ = 0;                // m, distance that a head may move inside one patch (copy around it)
-  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
+  double travel_ = 0;  // m, distance that a head may move inside one patch (copy around it)
   // sample spacing and size of the coarse patch, the copy of the field around the shank; size 0: no tool has a shank
   CoarseGrid coarse_;
 };

@@ -151,12 +151,8 @@ struct RecoveryParameters {
   // N; the plane that replaces a late patch (copy of the field) yields if the force exceeds the force of the last
   // contact by more than this.
   static constexpr double bridge_yield = 0.5;
-  // s, for version 1 of the force laws: longest time for which a plane replaces the tissue while tissue data are late
-  static constexpr double bridge_time_of_laws_1 = 0.5;
   // s, time in which the proxy returns smoothly to the tissue's surface after a plane replaced late tissue data
   static constexpr double rejoin_time = 0.3;
-  // first version of the force laws in which a jump of the hand's pose ends the smooth return (rejoin_time) at once
-  static constexpr std::uint32_t laws_of_jumps = 9;
 };
 
 /// Conditions for the retreat. If the hand has moved away but contacts hold the proxy, the proxy is led back along its
@@ -186,8 +182,6 @@ struct CoarseParameters {
   static constexpr double cut_step = 0.2;
   // ticks; a cut of the coarse patch (field around the shank) waits at most this time for a tick with less work
   static constexpr int most_waits = 4;
-  // first version of the force laws in which a cut of the coarse patch (field around the shank) may wait
-  static constexpr std::uint32_t laws_of_waiting = 11;
 };
 
 /// Limits for a filling instrument (filling.cpp).

@@ -74,7 +74,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
   s.overlap_before = overlap_;
-  if (in.jumped && settings_.laws >= R::laws_of_jumps) rejoining_ = 0;
+  if (in.jumped) rejoining_ = 0;
   if (overlap_ > 0) overlap_ *= std::exp(-in.dt / R::recovery_time);
   s.pace_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
   if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
@@ -177,7 +177,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     if (iteration == 0 || !p.touching) find_sink_depth(in);
-    const double unfelt = settings_.laws >= 2 && rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
+    const double unfelt = rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
     if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + unfelt) overlap_ = contacts_.deepest();
 
     bool comes_free = false;
@@ -201,7 +201,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       // two positions for ever. So the search counts the long steps that are opposite to the previous long step.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
-      if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
+      if (s.reversals > Q::reversals) break;
       p.c += step * (longest / length);
       s.last_length = 0;
       continue;
@@ -254,8 +254,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
     p.lost = true;
     // The head moves to the border of the patch, so that the next patch is centred farther ahead. Otherwise a head for
     // which each step is longer than the patch would never advance.
-    if (settings_.laws >= kLawsOfAlignedPatches)
-      p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
+    p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
     return Advance::kArrived;
   }
   p.c = next;
@@ -320,7 +319,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   const double pace = (comes_free ? P::free_slew : P::cut_slew) * p.pace_per_slew;
   const double allowed = p.paced ? farthest(next - p.start, p.shift, pace) : 0;
   s.at_pace = falls || (p.paced && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
-  const bool eases = in.cuts || (settings_.laws >= 5 && tool().fill != Tissue::kAir);
+  const bool eases = in.cuts || tool().fill != Tissue::kAir;
   if (s.at_pace && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
   return next;
 }
@@ -510,7 +509,7 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
   retreat_.wedged = false;
   const Step& p = step_;
-  if (settings_.laws < 3 || !settings_.cutting || !tool().cuts || p.lost || p.deep) return;
+  if (!settings_.cutting || !tool().cuts || p.lost || p.deep) return;
   const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
   outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
   const dvec3 pull = p.target - p.c, moved = p.c - retreat_.held_at;
@@ -542,7 +541,7 @@ bool OffsetModel::hand_has_left() const noexcept {
       if (free_distance(x) > 1) return true;
       continue;
     }
-    if (settings_.laws < kLawsOfAlignedPatches || patch_.coarse_levels.empty()) return false;
+    if (patch_.coarse_levels.empty()) return false;
     // The coarse patch (around the shank) is much larger. Its samples are `every` voxels apart, so it must show more
     // free space.
     const SurfacePatch& coarse = patch_.coarse_levels.front();
@@ -563,12 +562,11 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
   // A head that advances by at least one voxel is not lost, although the hand is faster than the patches.
-  const bool moves_on = settings_.laws >= kLawsOfAlignedPatches && !p.deep && glm::length(p.c - p.start) >= 1 &&
-                        glm::length(p.target - p.c) * voxel() <= R::longest_lag;
+  const bool moves_on =
+      !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
-  p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
-  // In recordings with version 1 of the force laws, the plane exists for a fixed time and does not yield.
-  p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
+  p.late = lost_for_ > R::patch_wait && patch_.number != 0;
+  p.bridging = p.lost && in.normal_force > 0;
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {
     double under = glm::dot(p.start - p.target, in.normal);

@@ -30,7 +30,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   // the start of its path.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
-  const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues, settings_.laws);
+  const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
   // voxels³ × hardness, removed volume of each tissue weighted by its hardness; it determines the cutting energy
   PerTissue hardened;
@@ -44,7 +44,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   cut_end_ = X_WB;
   cut_tool_ = tool_;
   log_.add(cut_count_, sweep.lo(), sweep.hi(), {in.X_WG, X_WB, tool_, continues, 0, removed});
-  carve_coarse(in.X_WG, X_WB, continues, settings_.laws >= CoarseParameters::laws_of_waiting && sweep.is_long());
+  carve_coarse(in.X_WG, X_WB, continues, sweep.is_long());
   return true;
 }
 
@@ -76,8 +76,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
-  const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, coarse_frame(), coarse_.goes_on,
-                    settings_.laws);
+  const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, coarse_frame(), coarse_.goes_on);
   carve(patch_.coarse_levels.front(), sweep, nullptr, &coarse_front_);
   coarse_.X_WA = coarse_.X_WB;
   coarse_.goes_on = true;
@@ -104,7 +103,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
     return added;
   }
   const bool continues = made.continues && index != fresh.edited_at + 1;
-  return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
+  return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
 /// Repeats the cuts that the coarse patch (field around the shank) of a new snapshot lacks.
@@ -115,8 +114,7 @@ void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (edited) {
     for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
       const CutLog::Made& made = log_.made(i);
-      if (!(made.fill_radius > 0))
-        carve(coarse, Sweep(heads_[made.tool].tool, made.X_WA, made.X_WB, frame, false, settings_.laws));
+      if (!(made.fill_radius > 0)) carve(coarse, Sweep(heads_[made.tool].tool, made.X_WA, made.X_WB, frame));
     }
     return;
   }
