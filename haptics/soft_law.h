@@ -1,5 +1,4 @@
-// Properties of soft tissue, and data of the soft tissue for the renderer. haptics/soft_tissue.h contains the
-// simulation.
+// Soft tissue's properties, and data for the renderer (simulation: haptics/soft_tissue.h).
 #pragma once
 
 #include <cstdint>
@@ -9,10 +8,10 @@
 
 namespace typodont::haptics {
 
-/// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
+/// SI; sources: haptics/soft/README.md.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
-  // m, largest thickness of the soft layer; where the tissue is thinner, the layer is as thick as the tissue
+  // m; thinner tissue has its own
   double thickness = 2e-3;
   double return_time = 0.2;         // s, time constant with which the tissue recovers after release
   double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
@@ -28,13 +27,13 @@ struct SoftWound {
   Nanos t = 0;   // time at which the bleeding began, ns
   dvec3 p_W{0};  // m, position of the wound
 };
-/// Returns the radius in m of the blood stain around a wound, `age` seconds after the bleeding began.
+/// m, `age` s after the start.
 double blood_radius(const SoftLaw& law, double age) noexcept;
 
-/// New state of one point of the soft tissue, for the renderer.
+/// For the renderer.
 struct SoftMove {
   std::uint32_t point = 0;  // index in SoftSurface::points()
-  // m; how far the point lies below its resting position: elastic displacement plus depth of the cut
+  // m below rest, elastic plus cut
   float inward = 0;
 };
 

@@ -1,5 +1,4 @@
-// Soft tissue around the tooth being treated, for example gum. It yields under an instrument, pushes back, and returns
-// to its resting shape. A rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
+// Gum that yields, pushes back, returns, is cut and bleeds (haptics/soft/README.md).
 #pragma once
 
 #include <array>
@@ -17,8 +16,7 @@
 
 namespace typodont::haptics {
 
-/// The resting surface of the soft tissue: points with normals, areas, thicknesses and links to neighbours. Immutable
-/// after construction; any thread.
+/// The resting surface: points with normals, areas, thicknesses and links. Immutable; any thread.
 class SoftSurface {
  public:
   struct Point {
@@ -31,10 +29,8 @@ class SoftSurface {
     std::uint32_t point = 0;  // index of the neighbouring point
     double tension = 0;       // N/m, force per difference between the displacements of the two points
   };
-  /// `distance`: distance function of the tissue in the workbench frame W, m, negative inside; must be accurate near
-  /// the surface. `hidden`: true where another body covers the tissue, so that no instrument can touch it. Points are
-  /// created in the box from `lo` to `hi` (m, W). Throws std::invalid_argument if the box contains more than 16 million
-  /// cells with the edge length SoftLaw::spacing.
+  /// `distance`: W, m, negative inside, accurate near the surface; `hidden`: covered; box `lo` to `hi`. Throws
+  /// std::invalid_argument above 16 million cells.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
       const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
@@ -44,9 +40,9 @@ class SoftSurface {
   std::span<const Link> links(std::size_t point) const {
     return std::span(links_).subspan(first_link_[point], first_link_[point + 1] - first_link_[point]);
   }
-  /// Returns a lower bound of the distance from p to the nearest point, m; at least 0.
+  /// Lower bound of the distance to the nearest point, m, at least 0.
   double clearance(const dvec3& p_W) const noexcept;
-  /// Calls `visit(point)` for each point in the cells that overlap the box from `lo` to `hi`.
+  /// Calls `visit(point)` for the points in cells that overlap `lo` to `hi`.
   template <class Visit>
   void each_near(const dvec3& lo, const dvec3& hi, Visit&& visit) const noexcept {
     const glm::ivec3 first = cell_of(lo), last = cell_of(hi);
@@ -73,57 +69,52 @@ class SoftSurface {
   dvec3 lo_{0};
   glm::ivec3 cells_{0};
   std::vector<std::uint32_t> cell_first_, cell_points_;
-  // For each cell: lower bound of the distance from any position in the cell to the nearest point, m.
+  // m, per cell: lower bound of the distance from anywhere in it to a point
   std::vector<float> cell_clearance_;
 };
 
-/// The simulated soft tissue. Servo thread only; tick() is noexcept and never allocates. Deterministic.
+/// The simulation. Servo thread; never allocates. Deterministic.
 class SoftTissue {
  public:
-  /// Largest number of points that may move at the same time. If so many points move, further points stay at rest until
-  /// one of the moving points has come to rest.
+  /// Points that may move at once; further ones wait at rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
-  /// `tools`: all tools of the session; the list must outlive this object. `coupling`: stiffness between the hand and
-  /// the tool, N/m.
+  /// `tools` outlives it; `coupling`: N/m.
   SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<const Tool> tools, double coupling);
 
   struct Input {
     Nanos t = 0;
     double dt = 1e-3;        // s, duration of this tick
-    Pose X_WG;               // pose that the tool would have without soft tissue, from the hand and the hard tissue
+    Pose X_WG;               // pose of the tool without soft tissue
     std::uint32_t tool = 0;  // index of the tool
-    double cutting = 0;      // m/s, speed of the bur's rim times its cutting coefficient; 0: the tool does not cut
+    double cutting = 0;      // m/s, rim speed × cutting coefficient; 0: does not cut
   };
   struct Output {
     dvec3 force{0};     // N, force of the soft tissue on the tool
-    dvec3 yielded{0};   // m; the soft tissue pushes the tool away from X_WG by this vector
+    dvec3 yielded{0};   // m, push of the soft tissue away from X_WG
     double stored = 0;  // J, energy of the spring between hand and tool
     bool touching = false;
   };
-  /// Returns true if no point moves and the tool is too far away to touch one, so that a tick would change nothing.
-  /// Fast.
+  /// Nothing moves and the tool is too far: a tick would change nothing.
   bool at_rest(const Pose& X_WG, std::uint32_t tool) noexcept;
   Output tick(const Input& in) noexcept;
-  /// Must be called when the hand is lost. The tool then touches nothing until the next tick().
+  /// When the hand is lost: touches nothing until the next tick().
   void release() noexcept;
   /// Returns true if the last tick found contact.
   bool touching() const noexcept { return touching_; }
 
   const SoftSurface& surface() const noexcept { return *surface_; }
   const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
-  /// Returns how far a point lies below its resting position, m: elastic displacement plus depth of the cut at this
-  /// point.
+  /// Elastic displacement plus depth of the cut, m.
   double inward(std::uint32_t point) const noexcept;
-  /// Returns the depth to which a bur has cut at a point, m.
+  /// Depth of the bur's cut, m.
   double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
   std::span<const SoftWound> wounds() const noexcept { return {wounds_.data(), wound_count_}; }
   std::size_t active() const noexcept { return active_.size(); }
   /// Returns the energy stored in the springs of the tissue, J.
   double elastic_energy() const noexcept;
-  /// Calls `send(SoftMove)` for each point that has visibly moved since it was last sent. Stops if `send` returns
-  /// false.
+  /// Calls `send(SoftMove)` for visibly moved points, until it returns false.
   template <class Send>
   void send_moves(Send&& send) noexcept {
     constexpr float kVisible = 1e-6f;  // m, smallest displacement that is visible
@@ -149,40 +140,35 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    // m, elastic displacement of the point into the tissue; v: now; before: at the start of the tick
+    // m, elastic displacement: now, and at the tick's start
     double v = 0, before = 0;
     double stiffness = 0;  // N/m, stiffness of the layer below the point
-    double springs = 0;    // N/m, sum of the stiffness of the layer and of all links to neighbours
-    // m, largest allowed sum of the elastic displacement v and the depth of the cut at this point
+    double springs = 0;    // N/m, layer and links
+    // m, largest elastic displacement plus cut
     double limit = 0;
-    double yield = 0;  // m/N, displacement of the point in one tick per newton of contact force
-    // The following members describe the contact of the point with the tool.
+    double yield = 0;  // m/N, displacement per contact force in one tick
     bool contact = false;
-    double exit = 0;  // m, depth to which the head extends below the resting position of the point
-    // weight 0..1 of the contact: 1 if the head presses the point from above, 0 if the side of the head passes the
-    // point
+    double exit = 0;  // m, depth of the head below the resting point
+    // of the contact: 1 pressed from above, 0 passed by the head's side
     double weight = 0;
     dvec3 slope{0};  // gradient of `exit` with respect to the position of the tool
-    // m; if the point already overlaps the tool when the contact begins, this part of the overlap exerts no force. It
-    // decreases to zero with time.
+    // m, part of an initial overlap without force; fades
     double ignored = 0;
-    double force = 0;  // N, force of the tool that pushes the point into the tissue
-    double stop = 0;   // N, additional force of the tool on a point whose displacement has reached its `limit`
+    double force = 0;  // N, of the tool, into the tissue
+    double stop = 0;   // N, additional, if the point is at its `limit`
   };
   /// The tool as a distance function, with balls that enclose it.
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m, z of the shank's centre on the tool's axis
-    // m; the head is enlarged by this distance, because otherwise a thin tip could pass between two points of the
-    // tissue
+    // m by which the head is enlarged, so that no thin tip passes between points
     double blunt = 0;
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m, frame T of the tool; low, high: z of the tool's two ends on its axis; radius: its largest radius; reach:
-    // distance from the frame's origin to the tool's farthest point
+    // m, T: ends on the axis, largest radius, reach from the origin
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
@@ -201,21 +187,21 @@ class SoftTissue {
   std::vector<Shape> shapes_;
   double coupling_;  // N/m, stiffness between hand and tool
   std::vector<Active> active_;
-  std::vector<std::int32_t> slot_;  // for each point: its index in active_; -1: the point is at rest
-  // m, for each point; cut_: depth of the cut; sent_: displacement that was last sent to the renderer
+  std::vector<std::int32_t> slot_;  // per point; -1: at rest
+  // m per point: cut; last sent
   std::vector<float> cut_, sent_;
   std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in the list to_send_
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  // m, displacement of the tool that the soft tissue causes; u_: in this tick; u_before_: in the last tick
+  // m, tool's displacement: now; last tick
   dvec3 u_{0}, u_before_{0};
   bool touching_ = false;
   bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;
   std::uint32_t tool_ = 0;
   Pose seen_;         // pose of the tool for which room_ was computed
-  double room_ = -1;  // m, distance that the tool may move from seen_ before it can touch a point
+  double room_ = -1;  // m that the tool may move from seen_ before it can touch
 };
 
 }  // namespace typodont::haptics

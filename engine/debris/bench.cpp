@@ -12,7 +12,7 @@
 
 namespace typodont::debris {
 std::vector<BenchRow> bench_debris(const BenchOptions& options) {
-  // The tissue is a ball with a radius of 5 mm in a box with edges of 4 cm.
+  // A ball of 5 mm radius in a box of 4 cm.
   constexpr int n = 81;
   std::vector<float> samples(n * n * n);
   for (int x = 0; x < n; ++x) {
@@ -67,8 +67,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
   const MeasuredTimes idle = measure(options.repeats, [&] { none.step(dt, field); });
   rows.push_back({"none alive", "0 particles", BenchRow::kNone, "", idle.median, "step", "memory floor",
                   idle.median / floor.median});
-  // Measures the cost of water on a ball with a radius of 5 mm for one frame at 30 Hz, with the grid that the program
-  // uses.
+  // Water on a ball of 5 mm radius, per frame at 30 Hz, on the program's grid.
   constexpr double kFrame = 1.0 / 30;
   constexpr int kFine = 41;
   CoarseField fine;

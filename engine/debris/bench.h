@@ -14,10 +14,8 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Measures the time of one step in several cases: chips one second after the last one was created, without and with
-/// suction; chips that still fly and bounce; no chips; and water, as droplets and film on a wet ball, in a step of 1/30
-/// s. The chips come from drilling a ball of tissue. The baseline only reads and writes the data of each step:
-/// positions, velocities and drag factors.
+/// Time of a step: chips a second after their creation, without and with suction; flying and bouncing chips; none;
+/// water on a wet ball in 1/30 s. Baseline: reading and writing the data of a step.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

@@ -20,27 +20,25 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (1/s) that marks a particle at rest
-// number of steps after which a particle at rest tests whether the tissue below it was removed
+// steps until a resting particle looks for tissue below it
 constexpr std::uint32_t kRestSteps = 1024;
-constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
-// number of particles in a group; for each group, the step of its earliest update is stored (`first_due`)
+constexpr std::uint32_t kMostSteps = 1024;  // steps between full updates of a moving particle
+// particles per group, whose earliest update is stored (`first_due`)
 constexpr std::size_t kGroup = 32;
-constexpr double kRestSpeed = 0.05;  // m/s; a particle that is slower than this after a bounce comes to rest
-// A particle's stored drag rate may differ from the exact rate by at most this fraction of the rate. The rate is
-// computed again before the difference becomes larger.
+constexpr double kRestSpeed = 0.05;  // m/s after a bounce, below which a particle rests
+// largest relative error of a stored drag rate
 constexpr double kDragError = 0.1;
-constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %
+constexpr double kStokesReynolds = 0.02;  // Reynolds number below which Stokes drag is right within 1 %
 
 }  // namespace
 
-// The particles, in a ring buffer in the order of creation. All particles have the same lifetime, so the oldest
-// particle always ends first, and the living particles fill one or two ranges of the buffer.
+// Ring buffer in the order of creation. Equal lifetimes: the oldest ends first, so the living fill one or two ranges.
 struct Debris::State {
   DebrisOptions options;
-  // rate: drag rate, 1/s; keep: factor by which drag multiplies the velocity per step
+  // drag rate, 1/s; factor of the velocity per step
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;
   std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
-  // for each group of kGroup particles: a lower bound of the steps in which its particles need a full update
+  // per group: lower bound of the steps in which an update is due
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
     double born_at;  // s, time at which the particle was created
@@ -54,9 +52,8 @@ struct Debris::State {
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s, length of the last step; `keep` is valid only for steps of this length
-  // number of the present step; it starts at kMostSteps, so that it stays positive when set_due_within() subtracts less
-  // than kMostSteps from it
+  float last_dt = 0;  // s; `keep` is valid for it
+  // starts at kMostSteps, so that set_due_within() stays positive
   std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
@@ -84,10 +81,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Chooses the step of the particle's next full update: between steps / 2 and `steps` steps from now. The number of
-  // the chosen step is rounded down to a multiple of a power of two. So particles of equal age in one group of the
-  // buffer are due in the same step, and step() can skip most groups. Each group has its own offset (phase), so that
-  // different groups are due in different steps.
+  // Next full update in steps / 2 to `steps`, rounded to a power of two with a phase per group: particles of one age
+  // and group are due together, groups apart.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
@@ -112,7 +107,7 @@ struct Debris::State {
   void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction, Film* film) noexcept;
 };
 
-// Makes a full update of one particle: its bounce, its drag rate, and the number of steps until its next full update.
+// Bounce, drag rate, steps until the next update.
 void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction,
                                  Film* film) noexcept {
   const bool resting = rate[s] >= kStuck;
@@ -150,7 +145,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  // The drag rate depends on the particle's speed relative to the air, and suction moves the air.
+  // Relative to the air, which suction moves.
   const glm::dvec3 air = suction ? suction_velocity(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
@@ -158,23 +153,19 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   const double factor = reynolds < kStokesReynolds ? 1 : drag_factor(reynolds);
   set_rate(s, static_cast<float>(stokes * factor));
 
-  // Computes a lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate.
-  // The particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to
-  // the nozzle has halved, the mean speed of the air is less than twice its present speed. If velocity and gravity
-  // point away from an obstacle, only moving air can bring the particle to the obstacle, because drag does not reverse
-  // a velocity.
+  // Lower bound of the time until contact, nozzle or a new drag rate. Speed: at most the present or terminal one. The
+  // air's mean speed is below twice its present one until the distance to the nozzle halves. Drag alone does not
+  // reverse a velocity.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  // lower bound of the number of steps before the particle touches tissue or reaches the nozzle
+  // steps until tissue or nozzle, at least
   double undisturbed_steps = kMostSteps;
   if (field.distance && contact.inside) {
-    // Computes two lower bounds of the distance to the tissue, and uses the larger one. The first bound: the error of
-    // the interpolated distance is at most half the spacing of the samples. The second bound: the interpolated distance
-    // changes by at most √3 metres per metre.
+    // The larger of two bounds: interpolation errs by at most half the spacing, and changes by at most √3 m per m.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -187,10 +178,9 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // Ratio of two relative changes: that of the drag rate to that of the speed. The drag is `factor` = 1 + 0.15
-    // Re^0.687 times Stokes drag.
+    // Relative change of the rate / of the speed; `factor` = 1 + 0.15 Re^0.687.
     const double sensitivity = 0.687 * (factor - 1) / factor;
-    // m/s, upper bound of the change of the particle's velocity in one step: its acceleration times dt
+    // m/s, upper bound of the velocity's change per step
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -220,8 +210,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
                              PerTissue& born, double& dropped) noexcept {
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // The chips leave the head on its cutting side. If there is no contact normal, they leave in all directions around
-  // the head's axis.
+  // On the cutting side, or all around without a contact normal.
   const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -239,7 +228,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
     }
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
-      // The last particle gets the remaining mass, so that no mass is lost by rounding.
+      // The last particle takes the rest, so rounding loses nothing.
       const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += fraction;
       const dvec3 place = random.in_ball();
@@ -249,8 +238,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
       const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // velocity of the head's rim: ω × r
       const double speed = glm::length(rim);
-      // The chip's velocity is the rim's velocity with a random deviation. A component into the tissue is reversed,
-      // because a chip cannot move into the tissue.
+      // The rim's velocity, scattered, never into the tissue.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (normal_length > 0) {
         const dvec3 n = cut.n_C_W / normal_length;
@@ -297,8 +285,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // The times of the particles' next updates were computed for the old position and flow of the nozzle. If the nozzle
-  // was switched on or moved, these times are not valid any more, so all moving particles are updated now.
+  // A new or moved nozzle makes all stored times invalid.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -11,9 +11,8 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; on a smooth surface a cell has eight
-// In one substep, at most this fraction of a cell's content may flow out. With a larger fraction, the computation could
-// become unstable.
+constexpr int kMostNeighbours = 16;  // a smooth surface has eight
+// of a cell's content per substep; more would be unstable
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
 
@@ -31,30 +30,29 @@ struct Film::State {
     glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
     float area = 0;    // m², area of the surface that the cell represents
     float height = 0;  // m, height of the point p along `up`
-    float tilt = 0;    // cosine of the angle between the normal and the upward direction `up`
+    float tilt = 0;    // cosine between the normal and `up`
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
-    // for each neighbour: width divided by length of the link through which water flows to it
+    // of the link to each neighbour: width / length
     std::array<float, kMostNeighbours> width{};
   };
   FilmOptions options;
   CoarseField field;
   PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
-  std::vector<std::int32_t> slot_at;  // index (slot) of the cell of each sample; -1 if the sample has no cell
+  std::vector<std::int32_t> slot_at;  // per sample; -1: no cell
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
-  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell that contains water or solids
+  std::vector<float> flux;     // m³/s to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s, for each cell the larger of two rates: the outflow divided by the volume that can flow, and the rate at which
-  // the level difference to its neighbours decreases, as a fraction of this difference
+  // 1/s per cell: the larger of outflow / volume and relative decrease of the level difference
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
   std::vector<std::uint8_t> is_loaded, is_changed;
   std::vector<std::size_t> present;      // tissues whose solids were deposited at least once
-  std::vector<std::uint8_t> has_solids;  // 0 if the cell contains only water; its flow is then computed faster
+  std::vector<std::uint8_t> has_solids;  // 0: only water, computed faster
   std::vector<glm::ivec3> changed;
   bool wet = false;  // true if any cell contains water
   std::uint64_t stepped = 0;
@@ -121,9 +119,8 @@ struct Film::State {
   void drop_empty();
 };
 
-/// Makes the cell of a sample if the surface passes near the sample; otherwise returns no cell. A plane gets one cell
-/// for each column of samples along the axis that is nearest to the plane's normal. So the areas of the cells add up to
-/// the area of the plane.
+/// A cell where the surface passes near the sample: one per column along the axis nearest to the normal, so areas of a
+/// plane add up.
 std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const {
   const double d = field.distance[index(s)], h = field.spacing;
   if (std::abs(d) > 0.5 * h) return std::nullopt;
@@ -150,19 +147,15 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Finds the neighbours of a cell and computes the widths of the links through which water flows to them. Link k leads
-/// along the vector d_k in the tangent plane, and c_k is its width divided by its length. The flow must not depend on
-/// how the surface lies in the grid. This requires Σ c_k d_k d_kᵀ = 2 · area · I (I: unit matrix). The function
-/// therefore sets c_k = c (1 + d_kᵀ S d_k), where c is the mean ratio, and solves the required equation for the
-/// symmetric matrix S.
+/// Links k along d_k in the tangent plane with c_k = width / length. Flow independent of the grid needs Σ c_k d_k d_kᵀ
+/// = 2 · area · I; so c_k = c (1 + d_kᵀ S d_k), solved for the symmetric S.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  // for each neighbour k: the products x², xy and y², where x and y are the components, in the tangent plane, of the
-  // vector d_k to this neighbour; their unit is the spacing of the grid
+  // x², xy, y² of d_k in the tangent plane, in grid spacings
   std::array<glm::dvec3, kMostNeighbours> products;
   double squares = 0;
   glm::ivec3 d;
@@ -195,16 +188,14 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // The ratio of this link's width to the mean width must be neither negative nor large. A negative ratio would move
-    // water uphill, and a large ratio would move much more water through this link than through the others.
+    // Neither negative (uphill) nor large.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
 }
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
-  // The gradient at a sample uses the neighbouring samples, and a cell's links use the neighbouring cells. So the
-  // changed region is enlarged by one sample for the gradients, and later by another one for the links.
+  // One sample for gradients, another later for links.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;
@@ -238,7 +229,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // resets the mark, so that a new cell in this slot can be listed as changed, too
+          is_changed[i] = 0;  // so that a new cell here can be listed, too
           free_slots.push_back(at);
           at = -1;
         }
@@ -290,7 +281,7 @@ void Film::State::flow(double dt) {
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
       if (!(thick > 0) || fraction >= options.most_solids) continue;
-      // The viscosity of the slurry follows Krieger & Dougherty 1959; 2.5 is the intrinsic viscosity of spheres.
+      // Krieger & Dougherty 1959; 2.5: intrinsic viscosity of spheres.
       const double viscosity =
           options.water_viscosity *
           (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
@@ -318,8 +309,7 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // A fast cell may need a substep that is shorter than the shortest allowed substep. The flow out of such a cell
-      // is reduced, so that at most the fraction kStableShare flows out.
+      // Limits the outflow to kStableShare where a shorter substep would be needed.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
@@ -353,7 +343,7 @@ void Film::State::flow(double dt) {
   }
 }
 
-/// Removes the water that evaporates and the water that drips off overhangs.
+/// Evaporation, and drops from overhangs.
 void Film::State::lose(double dt) {
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);

@@ -211,7 +211,7 @@ Device Device::create(const DeviceOptions& options) {
     for (int samples : {1, 2, 4, 8})
       if (counts & static_cast<VkSampleCountFlags>(samples)) d.max_samples = samples;
 
-    // Finds a queue family that can draw; on all known drivers, this family can also present and compute.
+    // A family that draws also presents and computes on all known drivers.
     std::uint32_t families = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(d.physical, &families, nullptr);
     std::vector<VkQueueFamilyProperties> family(families);
@@ -289,8 +289,7 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // Chooses the first memory type with all preferred properties. If none exists, it chooses the first memory type with
-  // all required properties.
+  // All preferred properties, else all required ones.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)
@@ -300,7 +299,7 @@ Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPr
   }
   if (type == VK_MAX_MEMORY_TYPES) throw RunFailure("Vulkan: no memory type fits");
 
-  // Images and buffers are placed in different memory blocks, so that bufferImageGranularity has no effect.
+  // Separate blocks: bufferImageGranularity has no effect.
   const bool own_block = requirements.size > kBlockSize / 4;
   if (!own_block)
     for (std::size_t i = 0; i < blocks_.size(); ++i) {

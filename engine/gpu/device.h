@@ -1,5 +1,4 @@
-// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. The objects are structs with the
-// functions create and destroy.
+// Thin Vulkan: instance, device, queue, sub-allocated memory; structs with create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -17,23 +16,22 @@
 
 namespace typodont::gpu {
 
-/// The GPU was reset or its driver failed. All objects of the device are lost; a new device can create them again.
+/// Reset or failed driver: all objects are lost, a new device can be created.
 class DeviceLost : public RunFailure {
  public:
   using RunFailure::RunFailure;
 };
 
-/// Throws DeviceLost or RunFailure, with the call's name, unless the result is VK_SUCCESS.
+/// Throws DeviceLost or RunFailure with the call's name.
 void check(VkResult result, const char* call);
 
-/// Manages a range of numbers, for example the offsets in a memory block: allocates the first free range that is large
-/// enough (first fit), and merges free ranges that touch each other. Independent of Vulkan.
+/// First-fit ranges of numbers, merged when freed. No Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
   RangeAllocator() = default;
   explicit RangeAllocator(std::uint64_t size);
-  /// Allocates a range of `count` numbers. Returns its first number, or kNone if no free range is large enough.
+  /// First number, or kNone.
   std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }
@@ -41,7 +39,7 @@ class RangeAllocator {
   std::size_t pieces() const { return ranges_.size(); }
 
  private:
-  // free ranges; key: first number of a range; value: count of its numbers
+  // first number → count
   std::map<std::uint64_t, std::uint64_t> ranges_;
   std::uint64_t size_ = 0, free_ = 0;
 };
@@ -49,19 +47,18 @@ class RangeAllocator {
 struct Allocation {
   VkDeviceMemory memory = VK_NULL_HANDLE;
   VkDeviceSize offset = 0, size = 0;
-  std::byte* mapped = nullptr;  // address for the host; null if the host cannot access the memory
+  std::byte* mapped = nullptr;  // null: not accessible to the host
   int block = -1;
 };
 
 struct DeviceOptions {
-  /// true: the validation layer is loaded, and its messages are counted and printed
+  /// validation layer; its messages are counted and printed
   bool validation = false;
   std::vector<const char*> instance_extensions;  // instance extensions that a window needs
   bool present = false;                          // true: the device must support swapchains
   bool doubles = false;                          // true: the device must support double precision in shaders
-  std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
-  // For headsets, the headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2), through these
-  // functions. If they are empty, the program creates them through Vulkan.
+  std::string prefer;                            // part of the preferred device's name; empty: GPUs first
+  // A headset's runtime creates both (XR_KHR_vulkan_enable2); empty: the program does.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
@@ -76,15 +73,15 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  // true: both eyes are drawn in one pass. False for lavapipe 22.3, which has two bugs: clipped triangles lose their
-  // view index and appear in the other eye, and only the first layer of a multisampled pass is resolved.
+  // Both eyes in a pass. Not with lavapipe 22.3: clipped triangles lose their view, and only layer 0 of a multisampled
+  // pass is resolved.
   bool multiview = true;
-  bool processor = false;  // true: the Vulkan device is a CPU (software renderer), so details are omitted
+  bool processor = false;  // software renderer: details are omitted
   int max_samples = 1;
   // pipelines that are stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
 
-  /// Creates the device. Throws Error with installation instructions if there is no Vulkan 1.3 device.
+  /// Throws Error, with how to install, without Vulkan 1.3.
   static Device create(const DeviceOptions& options);
   void destroy();
 
@@ -114,7 +111,7 @@ struct Device {
   std::shared_ptr<int> messages_;
 };
 
-/// The Vulkan devices of this machine, best first: name, type, Vulkan version. Empty without a loader or driver.
+/// Best first; empty without loader or driver.
 struct DeviceInfo {
   std::string name;
   bool processor = false;
@@ -122,7 +119,7 @@ struct DeviceInfo {
 };
 std::vector<DeviceInfo> list_devices();
 
-/// Two frames in flight: command buffers, fences, and the number of the last frame that the GPU has finished.
+/// Two frames in flight.
 struct FrameRing {
   static constexpr int kSlots = 2;
   struct Slot {
@@ -132,14 +129,14 @@ struct FrameRing {
     std::uint64_t frame = 0;
   };
   std::array<Slot, kSlots> slots;
-  std::uint64_t submitted = 0;  // number of the frame that is being recorded or was last submitted
-  // number of the newest frame that the GPU has finished; all earlier frames are finished, too
+  std::uint64_t submitted = 0;  // being recorded, or last submitted
+  // newest finished; all earlier ones are, too
   std::uint64_t finished = 0;
 
   static FrameRing create(Device& device);
   void destroy(Device& device);
 
-  /// Waits until the last frame in this slot (frame in flight) has finished, then begins the slot's command buffer.
+  /// Waits for the slot's last frame, then begins its commands.
   VkCommandBuffer begin(Device& device);
   int slot() const { return static_cast<int>(submitted % kSlots); }
   /// Submits the commands to the queue; both semaphores may be null.
@@ -151,7 +148,7 @@ struct FrameRing {
   void wait_idle(Device& device);
 };
 
-/// Records commands, submits them and waits until they have finished. For set-up and read-back.
+/// Submits and waits. For set-up and read-back.
 void run_once(Device& device, const std::function<void(VkCommandBuffer)>& record);
 
 }  // namespace typodont::gpu

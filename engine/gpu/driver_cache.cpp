@@ -23,9 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kList = "left-as";          // name of the file that lists all cache files with their hashes
+constexpr const char* kList = "left-as";          // lists all files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
-// bytes; a pipeline cache of at most this size is not stored, because it contains only a header or a checksum
+// bytes; only a header or checksum, not stored
 constexpr std::size_t kEmptyCacheBytes = 64;
 fs::path g_folder;   // the cache folder; set before other threads start
 std::mutex g_mutex;  // protects the cache folder
@@ -43,7 +43,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Returns the hash of each file in the folder by its relative path. The file with the list of hashes is not included.
+/// By relative path, without the list itself.
 std::map<std::string, std::uint64_t> files_now() {
   std::map<std::string, std::uint64_t> files;
   std::error_code code;
@@ -73,7 +73,7 @@ void check_driver_cache() {
   if (g_folder.empty() || std::exchange(g_checked, true)) return;
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
-  // If the list has only one line, rfind() returns npos. npos + 1 is 0, which is the start of that line.
+  // One line: npos + 1 is 0, its start.
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
   if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
     if (!list.empty()) log::info("{} is damaged and is created again", g_folder.string());

@@ -1,4 +1,4 @@
-// Buffers, images, shaders and pipelines on a Device. The objects are structs with the functions create and destroy.
+// Buffers, images, shaders, pipelines; structs with create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -19,8 +19,7 @@ struct Buffer {
 
   /// Allocates memory that the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Allocates memory that the GPU writes and the host reads. The GPU writes by copies, or by shaders if `usage`
-  /// allows it.
+  /// Written by the GPU (copies, or shaders by `usage`), read by the host.
   static Buffer create_readback(Device& device, VkDeviceSize size,
                                 VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   /// Allocates GPU memory that the host does not access.
@@ -40,7 +39,7 @@ struct ImageOptions {
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-  // true: linear rows in host-visible memory, so that a software renderer's picture needs no copy
+  // linear rows in host memory: a software renderer's picture needs no copy
   bool mapped = false;
 };
 
@@ -54,7 +53,7 @@ struct Image {
 
   static Image create(Device& device, const ImageOptions& options);
   void destroy(Device& device);
-  /// Rows of a mapped image with one layer. Read them only while no frame draws to the image.
+  /// Of a mapped one-layer image; not while a frame draws to it.
   struct Rows {
     const std::byte* first = nullptr;
     std::size_t pitch = 0;  // bytes, distance from one row to the next
@@ -70,19 +69,18 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// Adds one memory barrier: writes of the stages `from` become visible to the stages `to`.
+/// Writes of `from` become visible to `to`.
 void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
                     VkPipelineStageFlags2 to, VkAccessFlags2 access);
-/// Makes the writes of these stages visible to the host once the commands have finished.
+/// Once the commands have finished.
 void make_visible_to_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// Copies one layer of a colour image (4 bytes per pixel) in the given `layout` to the host, and waits for the copy.
+/// A layer of 4-byte pixels in `layout`; waits.
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);
-/// Fills a sampled image of one layer, and leaves it in the layout that shaders read.
+/// One layer, left in the layout for shaders.
 void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes);
 
-/// The inputs of shaders besides vertices: descriptor bindings, descriptor sets, and the layout of the pipelines that
-/// use them.
+/// Bindings, descriptor sets, pipeline layout.
 struct ShaderInputs {
   struct Binding {
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -94,11 +92,10 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets with these bindings, and push constants of the given size for
-  /// all stages of the bindings.
+  /// Bindings 0, 1, 2 …, `sets` sets, push constants for their stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
-  /// Binds a buffer to a descriptor set. Call only while no frame reads the set.
+  /// Not while a frame reads the set.
   void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
   void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
 };
@@ -107,7 +104,7 @@ struct SamplerOptions {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
-  bool compare = false;  // true: the sampler compares a value with the texels (≤), as for shadow maps
+  bool compare = false;  // ≤ comparison, for shadow maps
 };
 VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
 
@@ -118,13 +115,13 @@ struct VertexAttribute {
 };
 
 struct PipelineOptions {
-  // SPIR-V code. If the fragment shader is empty, only depth is drawn.
+  // SPIR-V; without a fragment shader, depth only
   std::span<const std::uint32_t> vertex_shader, fragment_shader;
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the corner order of front faces is set while commands are recorded
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // corner order is set while recording
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

@@ -16,8 +16,7 @@ std::string knob(double tolerance) {
   return tolerance < 0 ? "full resolution" : fmt::format("tolerance {:g}", tolerance);
 }
 
-/// Makes bricks (blocks of 16³ cells) of a distance field given by a formula, in voxels. Returns the bricks within
-/// [low, high] that contain surface.
+/// Bricks (16³ cells) with surface within [low, high], of a formula in voxels.
 std::vector<FieldBrick> bricks_of(const glm::dvec3& low, const glm::dvec3& high,
                                   const std::function<double(const glm::dvec3&)>& distance) {
   std::vector<FieldBrick> bricks;

@@ -1,4 +1,4 @@
-// Writes the drawn surface as one mesh file for other programs. The functions throw Error.
+// The drawn surface as one mesh file. Throws Error.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace typodont::surface {
 
-/// The triangles of all bricks (blocks of 16³ cells), with coincident points merged. Lengths in voxels.
+/// All bricks, coincident points merged. Voxels.
 struct WholeMesh {
   struct Vertex {
     glm::vec3 position{0};
@@ -27,14 +27,11 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Checks a file name. Throws Error with the file name if write_mesh() does not support the extension. Call this
-/// function before long work.
+/// Throws Error for an unsupported extension, before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
-/// Writes the file completely or not at all, in frame W. The extension selects the format: .ply (binary, with normals,
-/// colours and tissue labels), .stl (binary), .obj (text, with normals and vertex colours), .glb (glTF 2.0, binary,
-/// with normals and vertex colours) or .gltf (the same as JSON, with all data in the file). Lengths are millimetres.
-/// Only glTF files have metres, as their format requires; their axes are those of W, although viewers show y upwards.
+/// Whole or not at all, W, mm: .ply (binary: normals, colours, labels), .stl (binary), .obj (text: normals, colours),
+/// .glb or .gltf (normals, colours; metres, as required; axes of W).
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over = Over::kNoInput);
 

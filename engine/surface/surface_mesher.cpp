@@ -30,7 +30,7 @@ struct Brick {
   glm::ivec3 key{0};
   BrickContour contour;
   BrickMesh mesh;              // empty if the mesher does not keep the meshes
-  bool has_triangles = false;  // true if the last mesh of the brick (16³ cells) had triangles
+  bool has_triangles = false;  // at the last mesh
   bool queued = false;
 };
 
@@ -38,14 +38,14 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// A polygon corner: a vertex of this brick (owner 0), or of a neighbouring brick with lower coordinates.
+// Vertex of this brick (owner 0) or a lower neighbour.
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// Builds one brick's mesh. The memory of the mesh, and all other memory, is used again for the next brick.
+// One brick; memory is reused.
 struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
@@ -57,7 +57,7 @@ struct PolygonBuilder {
   std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
   std::uint32_t* index_end = nullptr;        // end of the indices that were written to `mesh`
-  // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
+  // Per cell with surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void build(const BrickContour* const around[8]);
@@ -75,24 +75,23 @@ struct PolygonBuilder {
   }
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels; a triangle is small if all its edges are shorter than this
+constexpr float kSmallEdge = 2.5f;  // voxels, all edges of a small triangle
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
 }
 
-// Returns the fraction of tissue t at a corner, from the corner's two most frequent tissues.
+// Fraction of t, of the two most frequent.
 float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
-// Returns the number of the corner's copy with these tissues, and makes the copy if it does not exist.
+// With these tissues; made if missing.
 inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high,
                                              const glm::vec3& crease_normal) {
   const bool crease = corner.data->crease;
   for (std::uint32_t i = first_copy[corner.owner][corner.vertex]; i != kNone; i = copies[i].next) {
-    // On a crease, a copy of the vertex is used again only if its normal is nearly equal. So the two sides of a crease
-    // get different copies.
+    // On a crease only with a nearly equal normal: the sides differ.
     if (copies[i].low == low && copies[i].high == high &&
         (!crease || glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f)) {
       return i;
@@ -143,10 +142,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A triangle lies on one side of a crease. Its corners on the crease get the normal of this side, `side`. It is the
-  // mean of the normals at the triangle's other corners; if all corners lie on creases, it is the triangle's own
-  // normal. Exception: on a gentle crease (like the floor of a fissure that is narrower than a cell), the corner of a
-  // small triangle gets the mean normal of both sides, so that the crease looks round.
+  // Corners on a crease get `side`: the mean of the other corners' normals, or the triangle's own. On a gentle crease
+  // (a narrow fissure), a small triangle gets the mean of both sides and looks round.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -169,7 +166,7 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
 
 // Adds the triangles a b c and a c d.
 inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
-  // Usual case: all corners have the same tissue and lie on no crease, so both triangles have the same copies.
+  // Usually one tissue and no crease: shared copies.
   const Tissue tissue = a.data->tissue[0];
   if (b.data->tissue[0] == tissue && c.data->tissue[0] == tissue && d.data->tissue[0] == tissue && !a.data->crease &&
       !b.data->crease && !c.data->crease && !d.data->crease) {
@@ -184,11 +181,11 @@ inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, cons
   triangle(a, c, d);
 }
 
-// Splits a quad along the shorter diagonal, unless that diagonal would fold the quad.
+// Along the shorter diagonal that does not fold.
 inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
   const glm::vec3 &pa = a.data->position, &pb = b.data->position, &pc = c.data->position, &pd = d.data->position;
   const glm::vec3 ac = pc - pa, bd = pd - pb;
-  // area normals of the two triangles beside the diagonal from a to c, and their sum
+  // areas beside diagonal a–c, and their sum
   const glm::vec3 abc = glm::cross(pb - pa, ac), acd = glm::cross(ac, pd - pa), whole = abc + acd;
   const auto folds_ac = [&] { return std::min(glm::dot(abc, whole), glm::dot(acd, whole)) <= 0; };
   const auto folds_bd = [&] {
@@ -204,16 +201,15 @@ inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner&
   }
 }
 
-// Finds the vertices of the four cells around a crossed edge. They are the corners of the edge's polygon, in
-// counter-clockwise order as seen from the positive end of the axis. Returns false if the edge has no polygon.
+// Four cells around a crossed edge, counter-clockwise from the positive end. False: no polygon.
 inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], BrickContour::Edge edge,
                                          Corner corners[4], int& count) const {
   static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
-  // bits of a cell's number that contain its index along each axis
+  // of the cell's number, per axis
   static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
   const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
   if ((edge.cell & kBits[u]) && (edge.cell & kBits[v])) {
-    // All four cells are in this brick. Usually each of them has one vertex.
+    // Usually one vertex each, in this brick.
     const std::uint16_t* at = vertex_at.data() + edge.cell;
     const std::uint16_t ring[4] = {at[-kStep[u] - kStep[v]], at[-kStep[v]], *at, at[-kStep[u]]};
     if (ring[0] != kSeveral && ring[1] != kSeveral && ring[2] != kSeveral && ring[3] != kSeveral) {
@@ -227,7 +223,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     }
   }
   const CellShapes& shapes = CellShapes::get();
-  // offsets of the four cells around the edge, along u and v
+  // along u and v
   static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
   const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
   count = 0;
@@ -247,11 +243,10 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
     if (vertex == kSeveral) {
       const int found = contour ? contour->find(index) : -1;
-      // The brick with this cell does not exist yet. The polygon is omitted, so the surface has a hole here until put()
-      // adds the brick.
+      // Missing brick: a hole until put() adds it.
       if (found < 0) return false;
       const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-      // Number of the edge in this cell, among the four edges of the cell that are parallel to `axis` (cell_shapes.h).
+      // Among the four edges parallel to `axis` (cell_shapes.h).
       const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
       vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
     }
@@ -263,8 +258,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
   return count > 2 && (count == 3 || (corners[0] != corners[2] && corners[1] != corners[3]));
 }
 
-// Builds the mesh of a brick (16³ cells). `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is
-// set, the neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
+// `around`[0]: this; [o]: one lower along each axis of o's bits; null: missing.
 void PolygonBuilder::build(const BrickContour* const around[8]) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -287,8 +281,7 @@ void PolygonBuilder::build(const BrickContour* const around[8]) {
   int count = 0;
   for (const BrickContour::Edge edge : own.edges) {
     if (!find_corners(around, edge, corners, count)) continue;
-    // The corners are passed one by one. If the array were copied, the processor would have to wait until it has
-    // written the array.
+    // One by one: a copied array would have to be written first.
     if (count == 3) {
       if (edge.solid_base) {
         triangle(corners[0], corners[1], corners[2]);
@@ -316,7 +309,7 @@ struct SurfaceMesher::State {
   MesherOptions options;
   Contourer contourer;
   PolygonBuilder weaver;
-  // Most of the searches are for neighbours, so the map itself stays small enough for the processor's cache.
+  // Mostly searched: keeps the map small for the cache.
   std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
   std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // becomes the next new brick (16³ cells)
   std::vector<Brick*> queue;  // the bricks (blocks of 16³ cells) that must be meshed again
@@ -327,8 +320,7 @@ struct SurfaceMesher::State {
     return it == bricks.end() ? nullptr : it->second.get();
   }
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons join a brick's cells with cells of its lower neighbours. So if a brick (16³ cells) changes, its upper
-    // neighbours change, too.
+    // Upper neighbours' polygons use its cells.
     for (int o = 0; o < 8; ++o) {
       Brick* const upper = find(key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
       if (!upper || upper->queued) continue;
@@ -336,8 +328,7 @@ struct SurfaceMesher::State {
       queue.push_back(upper);
     }
   }
-  /// Builds the meshes of all queued bricks, and calls `changed_to(brick, mesh)` for each brick that has triangles, or
-  /// had triangles before.
+  /// `changed_to(brick, mesh)` for each with triangles now or before.
   template <class Changed>
   void remesh(const Changed& changed_to) {
     std::sort(queue.begin(), queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
@@ -352,7 +343,7 @@ struct SurfaceMesher::State {
       const bool had_triangles = std::exchange(brick->has_triangles, !weaver.mesh.indices.empty());
       if (had_triangles || brick->has_triangles) changed_to(*brick, weaver.mesh);
     }
-    // Erases a brick (16³ cells) without surface if no other brick refers to it.
+    // Without surface, and referred to by no other.
     for (const Brick* const brick : queue) {
       if (brick->contour.empty() && !brick->has_triangles) bricks.erase(brick->key);
     }

@@ -10,26 +10,24 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-/// Returns six times the signed volume of a tetrahedron. It is positive if d is behind the triangle a, b, c, whose
-/// corners are counter-clockwise as seen from the front.
+/// Positive: d behind a, b, c (counter-clockwise from the front).
 double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// Completes the test of passes_through(). `s` and `e` are six times the volumes of the tetrahedra that the triangle a,
-/// b, c forms with `from` and with `to`; they have different signs.
+/// `s`, `e`: six volumes with `from` and `to`, of different signs.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m; a point closer to a triangle's plane than this counts as in the plane
+  constexpr double kTouches = 1e-12;  // m from a plane: in it
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));
   if (std::abs(s) < in_plane || std::abs(e) < in_plane) return false;
   const double ab = volume6(from, to, a, b), bc = volume6(from, to, b, c), ca = volume6(from, to, c, a);
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }
 
-/// Returns true if all corners of the triangle `from` are clearly on the same side of the plane of the triangle `t`.
+/// All corners clearly on one side of t's plane.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
-  // m; if a point is farther than this from a triangle's plane, rounding errors cannot change its side
+  // m, beyond which rounding cannot change the side
   constexpr double kClear = 1e-10;
   const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
@@ -39,18 +37,15 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// m; two triangles certainly do not cross if the gap between their bounding boxes is larger than this, which is more
-// than any rounding error
+// m between boxes: certainly apart
 constexpr double kApart = 1e-9;
 
-/// The corners of eight triangles, or of one triangle repeated in all lanes. For each coordinate of each corner, there
-/// is a vector with one lane per triangle.
+/// Corners of eight triangles, or one in all lanes.
 struct Eight {
   D8 p[3][3];
 };
 
-/// Sets `v` to six times the signed volume of the tetrahedron formed by corner i of `from` and the triangle t, with the
-/// same operations as volume6().
+/// Corner i of `from` with t, computed as volume6().
 TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   D8 a[3], b[3], c[3];
   for (int k = 0; k < 3; ++k) {
@@ -59,15 +54,14 @@ TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   v = a[0] * (b[1] * c[2] - c[1] * b[2]) + a[1] * (b[2] * c[0] - c[2] * b[0]) + a[2] * (b[0] * c[1] - c[0] * b[1]);
 }
 
-/// Sets `some` in those lanes where an edge of `from` goes from one side of the plane of `t` to the other side.
+/// Lanes where an edge of `from` changes sides of t.
 TYPODONT_INLINE void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
   D8 v[3];
   for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
 }
 
-/// Keeps the triangles of the list `at` that may cross t. A triangle may cross t if one of its edges passes through the
-/// plane of t, or if an edge of t passes through the triangle's plane. Returns the number of kept triangles.
+/// Keeps those of `at` with an edge through t's plane, or reverse. Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
   std::size_t kept = 0;
@@ -127,8 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // Each corner of one triangle forms a tetrahedron with the other triangle. The volume of each tetrahedron is computed
-  // once and used for the two edges that meet at the corner.
+  // Each volume serves both edges at its corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

@@ -1,4 +1,4 @@
-// Tests whether triangles cross each other. Triangles that only touch do not cross.
+// Do triangles cross? Touching does not count.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics::mesh {
 
-/// A triangle with the indices of its vertices. It need not be a face of the mesh.
+/// Not necessarily a face of the mesh.
 struct Corners {
   Index v[3];
   dvec3 p[3];
@@ -21,15 +21,13 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
 }
 
-/// Returns true if a point of the segment `from`–`to`, except its ends, lies in the interior of the triangle a, b, c.
+/// Ends excluded, interior of a, b, c.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// Returns true if two triangles cross each other. A common vertex does not count as a crossing, and triangles with a
-/// common edge never cross each other.
+/// Not by a common vertex; never with a common edge.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// A table of triangles. It quickly finds those of its triangles that cannot cross a given triangle. Allocates memory
-/// only in the constructor.
+/// Excludes triangles that cannot cross. Only the constructor allocates.
 class TriangleTable {
  public:
   explicit TriangleTable(std::size_t room = 0) : entries_(room) {}
@@ -37,9 +35,7 @@ class TriangleTable {
   std::size_t room() const noexcept { return entries_.size(); }
   /// Stores the triangle i of the table.
   void set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
-  /// The list `at` has the indices of `count` triangles. Removes triangles from this list that certainly do not cross
-  /// t, and keeps the order of the others. A triangle that is kept may cross t or not. Returns the number of kept
-  /// triangles.
+  /// Drops from `at` those that certainly do not cross t, in order. Returns how many stay.
   std::size_t keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept;
 
   struct Entry {
@@ -64,7 +60,7 @@ class BoxedTriangles {
   /// Corners of the box around all triangles, m.
   const dvec3& lo() const noexcept { return lo_; }
   const dvec3& hi() const noexcept { return hi_; }
-  /// Returns true if the face g of the mesh crosses one of the triangles.
+  /// Face g crosses one of them.
   bool crossed_by(const EditableMesh& mesh, Index g) const noexcept {
     const dvec3 &a = mesh.point(g, 0), &b = mesh.point(g, 1), &c = mesh.point(g, 2);
     const dvec3 lo = glm::min(glm::min(a, b), c), hi = glm::max(glm::max(a, b), c);
@@ -89,8 +85,7 @@ class BoxedTriangles {
   dvec3 lo_{std::numeric_limits<double>::max()}, hi_{std::numeric_limits<double>::lowest()};
 };
 
-/// Returns true if a face of the mesh crosses one of the triangles, which should be near each other. Only faces for
-/// which counts(face) is true are tested.
+/// Triangles near each other; faces with counts(face).
 template <class Counts>
 bool crosses_any(const EditableMesh& mesh, const BoxedTriangles& triangles, Counts&& counts) {
   bool found = false;

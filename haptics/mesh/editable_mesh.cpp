@@ -12,7 +12,7 @@ namespace {
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  // true if the edge from vertex lo to vertex hi has the direction in which the face's corners are listed
+  // lo to hi, as the face lists it
   bool forward;
 };
 
@@ -48,8 +48,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// Makes the faces of the editable mesh and stores the neighbours of each face. The faces still have the vertex indices
-/// of `mesh`.
+/// With neighbours; still vertices of `mesh`.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -79,7 +78,7 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Makes the vertices of the editable mesh. Each fan of connected faces around a vertex of `mesh` gets its own vertex.
+/// Each fan of faces at a vertex of `mesh` gets its own.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
   const std::vector<Face> old = faces_;  // the faces, still with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
@@ -92,8 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Visits the faces around the vertex in one direction. If the vertex is on a border of the mesh, the faces are
-      // visited in both directions from the first face.
+      // At a border in both directions.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -156,11 +154,10 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// The following functions belong to the grid with which faces near a position are found.
+// The grid of faces.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // tolerance of the positions in the grid, as a fraction of the coordinates; it is larger than the rounding error of
-  // floats
+  // of the coordinates, above a float's rounding
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -314,7 +311,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // Faces whose vertices moved may now belong to another cell of the grid, even if the faces themselves did not change.
+  // Moved vertices may change a face's cell.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -394,8 +391,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // The edge from a to b is split at m; c and d are the third corners of its faces f and g. Corners of the faces after
-  // the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
+  // Edge a–b at m, third corners c, d. After: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -423,8 +419,7 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // The edge from a to b is replaced by the edge from c to d. Corners of the faces after the flip: f: a, d, c; g: d, b,
-  // c.
+  // Edge a–b becomes c–d. After: f: a, d, c; g: d, b, c.
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);
@@ -451,8 +446,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // An edge may be collapsed only if its two vertices have at most two common neighbours. With more common neighbours,
-  // the surface would touch itself after the collapse.
+  // At most two common neighbours, or the surface would touch itself.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -463,7 +457,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // The faces around the vertex `gone` form a full circle, because `gone` is not on the border.
+  // A full circle: `gone` is not on the border.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
@@ -492,8 +486,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // Two faces are removed. Their outer neighbours become neighbours of each other. In these outer neighbours, the
-  // vertex `gone` was already replaced by `kept`.
+  // Outer neighbours, with `kept` for `gone` already, become neighbours.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -1,12 +1,8 @@
-// A triangle mesh that can be changed in place. Edges can be split, flipped and collapsed, and vertices can be moved.
-// The mesh knows the neighbours of each face, finds faces near a position with a grid, and records changes.
+// A triangle mesh changed in place: split, flip, collapse, move. Knows neighbours, finds faces by a grid, records.
 //
-// Every face stores its three vertices and its three neighbouring faces; every vertex stores one of its faces. A mesh
-// may have a border. Split, flip and collapse never remove vertices or edges of the border, and only the caller moves
-// them. So an open mesh keeps its border.
+// Borders stay: no function removes their vertices or edges, and only the caller moves them.
 //
-// Equal meshes and equal calls give equal bits. No function allocates memory after construction, unless its comment
-// says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in the workbench frame W.
+// Equal calls give equal bits. Vertices and faces come from a fixed pool; allocation only where stated. m, W.
 #pragma once
 
 #include <algorithm>
@@ -26,24 +22,22 @@ inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
   dvec3 p{0};          // m, position in W
-  Index face = kNone;  // one of the faces at the vertex; kNone if the vertex is unused
-  Index flags = 0;     // bits kBorder and kMoved; in an unused vertex: index of the next unused vertex
+  Index face = kNone;  // one of its faces; kNone: unused
+  Index flags = 0;     // kBorder, kMoved; unused: next unused vertex
   bool on_border() const { return flags & kBorder; }
   bool was_moved() const { return flags & kMoved; }
   static constexpr Index kBorder = 1, kMoved = 2;
 };
 
-/// A triangle. Edge i connects v[i] and v[(i+1)%3]. n[i] is the face on the other side of edge i, or kNone at a border.
+/// Edge i: v[i] to v[(i+1)%3]; n[i]: the face beyond, or kNone.
 struct Face {
-  // Vertices, counter-clockwise as seen from outside. In an unused face, v[0] is kNone and v[1] is the index of the
-  // next unused face.
+  // Counter-clockwise from outside. Unused: v[0] kNone, v[1] the next unused.
   Index v[3] = {kNone, kNone, kNone};
   Index n[3] = {kNone, kNone, kNone};
   Tissue tissue = Tissue::kAir;  // tissue below the face
 };
 
-/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges the
-/// recorded vertices and faces with the present ones.
+/// Vertices and faces before they changed; EditableMesh::exchange() swaps them.
 struct MeshRecord {
   std::vector<std::pair<Index, Vertex>> vertices;
   std::vector<std::pair<Index, Face>> faces;
@@ -53,12 +47,10 @@ struct MeshRecord {
 
 class EditableMesh {
  public:
-  static constexpr int kMostAround = 64;  // if a vertex has more faces than this, its edges cannot be collapsed
+  static constexpr int kMostAround = 64;  // faces; more: edges cannot be collapsed
   EditableMesh() = default;
-  /// Makes an editable copy of a mesh. `edge` is the longest edge, in m, of the faces in the finest level of the grid.
-  /// `spare` is the number of vertices that can be added. An edge with more than two faces, or with two faces of
-  /// inconsistent orientation, becomes a border. If groups of faces touch only in a vertex, each group gets its own
-  /// vertex. Triangles with two equal vertices are omitted.
+  /// `edge`: m, longest of the finest grid level; `spare`: vertices that can be added. Edges of more than two or
+  /// inconsistent faces become borders; groups that touch in a vertex get their own; degenerate triangles are left out.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);
@@ -66,7 +58,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Access to vertices and faces by index. Some indices belong to unused vertices or faces.
+  // Some indices are unused.
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -81,30 +73,23 @@ class EditableMesh {
   /// Returns the mesh as a TissueMesh, without unused vertices and faces.
   TissueMesh copy() const;
 
-  // Functions that change the mesh. If a split, flip or collapse is impossible, the function returns kNone or false and
-  // changes nothing.
-  void move(Index v, const dvec3& p) noexcept;  // moves a vertex to p (m, workbench frame W), and sets its flag kMoved
-  /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
+  // kNone or false: impossible, nothing changed.
+  void move(Index v, const dvec3& p) noexcept;  // to p (m, W), sets kMoved
+  /// With its flag; `before`: vertex(v) before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// After move(), the grid must be updated: by settle() for all faces around the vertex, or by settle_face() for each
-  /// of these faces.
+  /// After move(): settle() the vertex, or settle_face() each face around it.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or no unused
-  /// vertex or face is left.
+  /// At p. New vertex, or kNone: border, or none left.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// Replaces edge i of face f by the other diagonal of the quad of its two faces. Returns false at a border, or if the
-  /// other diagonal is already an edge.
+  /// The other diagonal of both faces; false: border, or already an edge.
   bool flip(Index f, int i) noexcept;
-  /// Collapses edge i of face f: one end of the edge is removed, and its faces are connected to the other end. The
-  /// first end is removed, or the second one if `keeps_first` is true. Returns false if the end to remove is on the
-  /// border, or if the surface would touch itself.
+  /// Removes the first end, or with `keeps_first` the second. False: on the border, or the surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// Calls fn(face, corner) for each face around the vertex v; `corner` is the face's corner at v. If v is not on a
-  /// border, the order is counter-clockwise.
+  /// fn(face, corner at v); counter-clockwise unless on a border.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -127,7 +112,7 @@ class EditableMesh {
     const Face& face = faces_[f];
     return face.v[0] == v ? 0 : face.v[1] == v ? 1 : 2;
   }
-  /// Returns which edge of face f begins at the vertex v and has the face g on its other side.
+  /// From v, with g beyond.
   int edge_to(Index f, Index g, Index v) const noexcept {
     const Face& face = faces_[f];
     for (int i = 0; i < 2; ++i) {
@@ -136,7 +121,7 @@ class EditableMesh {
     return 2;
   }
 
-  /// The state of a search for the faces near a box. The search can be interrupted and continued.
+  /// May be interrupted and continued.
   struct NearSearch {
     dvec3 lo_W, hi_W;          // m, corners of the box
     int level = 0;             // level of the grid at which the search continues
@@ -144,16 +129,14 @@ class EditableMesh {
     glm::ivec3 cell{0};        // next cell of the level
     Index face = 0;            // next face, if the search tests all faces of the mesh
   };
-  /// Calls fn(face) once for each face that intersects the box, and for some other faces near the box.
+  /// fn(face) once per face in the box, and some near it.
   template <class Fn>
   void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
     NearSearch search{lo_W, hi_W};
     std::int64_t left = std::numeric_limits<std::int64_t>::max();
     near_in_part(search, left, fn);
   }
-  /// Continues the search until it is complete or `left` is not positive. Subtracts from `left` the number of cells and
-  /// faces that the search visited. Returns true if the search is complete. While a search is not complete, the mesh
-  /// must not change.
+  /// Until complete or `left` (cells and faces) is used up. True: complete. No change of the mesh before.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);
@@ -188,38 +171,33 @@ class EditableMesh {
     }
     return true;
   }
-  /// Returns false if the ball that encloses the face f lies outside the box. near() would then not visit this face.
+  /// false: its enclosing ball is outside, so near() skips it.
   bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
-  /// Outer unit normal of a face. Each component is rounded to a multiple of 1/127, so the scalar product of this
-  /// vector and a unit vector has an error of at most kRoughNormalError. The result is the zero vector if the face has
-  /// almost no area. Reading the rough normal is cheaper than computing the normal from the corners.
+  /// In steps of 1/127: dot products within kRoughNormalError. Zero: almost no area. Cheaper than from corners.
   glm::vec3 rough_normal(Index f) const noexcept {
     const RoughNormal& n = rough_normals_[f];
     return glm::vec3(n[0], n[1], n[2]) * (1.0f / 127);
   }
   static constexpr float kRoughNormalError = 0.01f;
 
-  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. A
-  // null pointer ends the recording. Allocates memory in `record`.
+  // Stores before the first change; null ends. Allocates in `record`.
   void record(MeshRecord* record);
-  /// Exchanges the vertices and faces in a finished record with the vertices and faces that the mesh has now. So the
-  /// first call undoes the changes, and the next call repeats them.
+  /// Undoes, and the next call repeats.
   void exchange(MeshRecord& record);
-  /// From this call on, the mesh lists the faces that change, including those that are removed. Allocates memory.
+  /// Also removed ones. Allocates.
   void list_changes();
-  /// Returns the faces that changed since the last call. Each face appears once.
+  /// Since the last call, once each.
   void take_changes(std::vector<Index>& faces);
 
-  /// Returns the FNV-1a hash of the points, faces and tissues that are in use, in their order.
+  /// FNV-1a of points, faces and tissues in use, in order.
   std::uint64_t hash() const noexcept;
 
  private:
-  /// Reads the lists of faces of several cells along z, from `at` up to `last`, so that they are in the cache when the
-  /// search visits them. A list is linked, and its faces are scattered in memory; the lists of several cells are read
-  /// in turn, so that the processor waits for several reads at once. Returns the z of the first cell that was not read.
+  /// Prefetches the lists of several cells along z, `at` to `last`, in turn, so that linked reads overlap. Returns the
+  /// first z not read.
   int fetch_cells(int level, const glm::ivec3& at, int last) const noexcept {
     constexpr int kCells = 8;
     Index next[kCells];
@@ -240,7 +218,7 @@ class EditableMesh {
 
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // edge of a grid cell in a level, divided by the length of the longest edge of the faces in this level
+  // cell edge / longest edge of the level's faces
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
@@ -260,11 +238,9 @@ class EditableMesh {
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
     return static_cast<std::uint64_t>(level) << kLevelShift | bits(cell.x) << 40 | bits(cell.y) << 20 | bits(cell.z);
   }
-  /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
-  /// cache lines.
+  /// Neighbours along z share cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // The vertices of a large flat surface often lie on a regular grid. If the hash were a single product, many cells
-    // of such a surface would get the same bucket.
+    // One product would collide on a regular grid.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -295,14 +271,14 @@ class EditableMesh {
   std::vector<Index> heads_;  // for each bucket of the hash table: its first face
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
-  double size_[kLevels] = {};  // m, for each level of the grid: the longest edge of its faces
+  double size_[kLevels] = {};  // m, longest edge per level
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // The following members are not copied with the mesh, because they belong to the recording of one particular mesh.
+  // Not copied: they belong to one recording.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // for each vertex and each face: number of the last recording that stored it
+  // last recording that stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

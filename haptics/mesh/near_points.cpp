@@ -12,12 +12,10 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// m; points within a centimetre of the head's centre have a smaller rounding error than this when they are stored as
-// floats
+// m, error of floats within a centimetre
 constexpr double kRounding = 1e-8;
 
-/// Finds the points whose squared distance to `p` is at most `square`. Writes their indices to `at` and returns their
-/// number.
+/// Squared distance at most `square`; indices to `at`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
@@ -33,13 +31,12 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // The last batch of eight points may have unused lanes, whose indices are beyond the last point. Such indices are
-  // removed.
+  // Unused lanes of the last batch.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
 
-/// Finds the distances that are at most `far`. Writes their indices to `at` and returns their number.
+/// At most `far`; indices to `at`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_at_most(const float* distance, std::size_t count, float far, std::uint32_t* at) {
   std::size_t found = 0;

@@ -12,13 +12,12 @@ namespace {
 constexpr std::uint32_t kNoPiece = 0xffffffff;
 constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; further faces are ignored
 
-/// Returns a normal vector of a face. Its length is twice the face's area.
+/// Twice the area long.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the edge (m) of the cubic cells that divide the surface into pieces: the faces in one cell form a piece.
-/// With this edge, a cell contains about the wanted number of faces.
+/// m, cubic cells with about the wanted number of faces.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -64,8 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// Assigns the face f to the piece that now contains it, after f was added or changed. If f was removed, it belongs to
-/// no piece.
+/// After f was added, changed or removed.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -83,8 +81,7 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // If a face changes, the normals and tissues at its vertices change, too. So all pieces with a face at these vertices
-  // must be generated again.
+  // All pieces at its vertices: normals and tissues change there.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });
@@ -100,8 +97,7 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// Computes, for each face around the vertex v, the normal of the face's corner at v. Creases (sharp edges) divide
-/// these faces into groups, and all faces of a group have the same normal.
+/// Creases divide the faces around v into groups of one normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;
@@ -126,14 +122,14 @@ void SurfacePieces::look_around(Index v) {
     return i;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    // The next face in counter-clockwise order, which shares the edge that ends in v.
+    // Next counter-clockwise, across the edge that ends in v.
     const Index next = mesh_.face(ring[i].face).n[(ring[i].corner + 2) % 3];
     if (next == kNone) continue;
     std::size_t k = 0;
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // A face without area has no normal, so its edges count as smooth.
+    // No area: smooth.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -156,7 +152,7 @@ void SurfacePieces::look_around(Index v) {
 SurfacePiece SurfacePieces::make(Piece& piece) {
   const auto number = static_cast<std::uint32_t>(&piece - pieces_.data());
   std::erase_if(piece.faces, [&](Index f) { return piece_of_[f] != number; });
-  // The faces are sorted, because a piece must not depend on the order in which its faces were added.
+  // Independent of the order of adding.
   std::ranges::sort(piece.faces);
   piece.faces.erase(std::unique(piece.faces.begin(), piece.faces.end()), piece.faces.end());
   SurfacePiece made;
@@ -168,8 +164,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Counts the faces of each tissue around each corner. These counts are interpolated over the face. The border
-    // between two tissues is drawn where the counts of these two tissues are equal.
+    // Faces of each tissue per corner, interpolated; the border is where two are equal.
     std::array<std::array<float, kTissueCount>, 3> fractions{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

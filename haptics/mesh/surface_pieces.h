@@ -1,5 +1,4 @@
-// Divides an editable mesh into pieces for pictures. It lists the pieces that changed, and only these are generated
-// again.
+// Pieces of a mesh for pictures; only changed ones are made again.
 #pragma once
 
 #include <unordered_map>
@@ -11,28 +10,23 @@
 
 namespace typodont::haptics::mesh {
 
-/// Parameters of the pieces: their size, and the angle from which an edge is drawn as sharp.
 struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
-  // m, smallest edge of the cubic cells (the faces in one cell form a piece); it limits the number of pieces that are
-  // drawn
+  // m, cell edge, against too many pieces
   double least = 1.5e-3;
-  // m, largest edge of the cubic cell of a piece; it limits the number of faces to generate again after a small cut
+  // m, cell edge, against much work after a small cut
   double most = 3e-3;
-  // Cosine of 40°. If the normals of two faces differ by more than 40°, their edge is drawn as sharp (a crease).
+  // cos 40°, sharp beyond
   double crease_cosine = 0.76604;
 };
 
-/// The pieces of a mesh. Carver thread only. The mesh and the volume must exist longer than this object.
+/// Carver thread; mesh and volume outlive it.
 ///
-/// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. These are the faces that
-/// can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its angle
-/// at the vertex, divided by the lengths of its two edges there (Max 1999, doi 10.1080/10867651.1999.10487501: exact on
-/// a sphere). So round surfaces look round at any resolution, and edges stay sharp.
+/// Corner normal: mean over faces reached without crossing a crease, weighted by sin(angle) / (product of its edges)
+/// (Max 1999, doi 10.1080/10867651.1999.10487501: exact on a sphere).
 class SurfacePieces final : public TissueSurface {
  public:
-  /// Makes the pieces. `labels` is the volume that the function labels() returns. The positions of the pieces' corners
-  /// are relative to the origin of this volume's frame. From now on, the mesh lists its changes.
+  /// `labels`: for labels(), and origin of the corners. The mesh lists changes from now on.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
@@ -43,26 +37,26 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // faces of the piece; the list may also contain faces that have moved to another piece
+    std::vector<Index> faces;  // may contain faces that moved elsewhere
     bool dirty = false;
   };
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// The normal of a face's corner at a vertex. Different faces can have different normals at the same vertex.
+  /// Differs between faces at one vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
   };
   /// Data of a vertex while a piece is generated.
   struct Local {
-    // value of stamp_ when these data were computed; they are valid if it is equal to the present stamp_
+    // valid if equal to stamp_
     std::uint32_t stamp = 0;
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
-    // index of the newest corner of the piece at this vertex; older corners follow by Copy::older
+    // newest corner here; older ones by Copy::older
     std::uint32_t copy = 0;
   };
-  /// A corner of the piece. `older` is the index of the corner that was made before it at the same vertex.
+  /// `older`: made before at the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -85,8 +79,7 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // Counts the pieces that were generated. The data of a vertex in locals_ are valid only if their stamp has this
-  // value.
+  // pieces made; validates locals_
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;

@@ -1,5 +1,5 @@
-// Makes the resting surface of soft tissue from a distance function (surface nets, Gibson 1998, "Constrained elastic
-// surface nets"). Each cell that the surface crosses gets one point.
+// Resting surface from a distance function: one point per crossed cell (surface nets, Gibson 1998, "Constrained elastic
+// surface nets").
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,12 +13,11 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kCell = 1e-3;  // m, edge of the cells of the grid with which points near a position are found
-// m, smallest thickness of the layer of soft tissue. A thinner layer is treated as if it had this thickness.
+constexpr double kCell = 1e-3;  // m, grid of the search
+// m, thinner layers count as this
 constexpr double kLeastThickness = 0.2e-3;
-// Depth of the part of the layer that a head shears, divided by the layer's thickness. Heads are narrower than the
-// layer is thick, so they shear only the tissue near the surface. With one third, the force on a ball of 1.2 mm is
-// between that of a half-space (Hertz) and that of a thin layer.
+// sheared depth / thickness: heads are narrower than the layer. With one third, a ball of 1.2 mm lies between Hertz and
+// a thin layer
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
@@ -60,8 +59,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
     for (i.y = 0; i.y < lattice.size.y; ++i.y)
       for (i.z = 0; i.z < lattice.size.z; ++i.z) sample[lattice.index(i)] = static_cast<float>(distance(lattice.at(i)));
 
-  // Makes one point for each cell whose samples have both signs. The point is the mean of the crossings of the cell's
-  // edges, moved onto the surface.
+  // Mean of the edges' crossings, moved onto the surface.
   std::vector<std::int32_t> point_of(sample.size(), -1);
   for (i.x = 0; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 0; i.y + 1 < lattice.size.y; ++i.y)
@@ -89,7 +87,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        // m, step of the search along the normal for the depth at which the layer of soft tissue ends
+        // m along the normal, to the layer's end
         const double step = 0.1e-3;
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
@@ -101,10 +99,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         points_.push_back(point);
       }
 
-  // For each lattice edge whose samples have different signs, the points of the four cells around it form a quad. Each
-  // of these points gets a fourth of the quad's area. The sides of the quads link neighbouring points. A link acts like
-  // a membrane with the tension T = G d / 3 (N/m); G = E / 3: shear modulus; d: depth of the sheared part (Pasternak
-  // foundation).
+  // Points around a crossed lattice edge form a quad: a fourth of its area each, sides as links with T = G d / 3 (N/m),
+  // G = E / 3, d: sheared depth (Pasternak).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -129,7 +125,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // m², smallest area that a point represents; without it, points at the edge of the box would represent less
+  // m² per point; less at the edge of the box
   const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 
@@ -156,8 +152,7 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Computes for each cell a lower bound of the distance to the nearest point. It is the distance across the whole
-  // cells that lie between this cell and the nearest cell with points.
+  // Whole cells to the nearest cell with points: a lower bound.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)

@@ -10,39 +10,34 @@ namespace {
 
 /// Parameters of the model that do not depend on the material.
 struct SoftParameters {
-  // In each tick, the positions of the points and of the tool are computed alternately this number of times. Because of
-  // the viscous term, they converge quickly.
+  // of points and tool per tick; viscosity makes them converge
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;  // a point that has reached its largest displacement is stiffer by this factor
-  // N, largest force of the soft tissue on the tool; a stronger push passes through the layer
+  static constexpr double stop = 20;           // stiffness of a point at its limit
+  // N on the tool; more passes through
   static constexpr double most_force = 3;
-  // N, largest change of the force per tick for causes other than the tool's own motion
+  // N per tick beyond the tool's own motion
   static constexpr double free_step = 0.02;
-  // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than a motion with this speed could make
-  // it, the hand's motion did not cause it.
+  // m/s; a deeper new overlap did not come from the hand
   static constexpr double hand_speed = 0.6;
-  // s, time constant for an overlap that the hand's motion did not cause: its force grows slowly from zero
+  // s, growth of the force of such an overlap
   static constexpr double ignored_time = 0.2;
-  // A part of the head presses with its full weight if the cosine of the angle between its surface and the tissue's
-  // surface exceeds this limit.
+  // cosine between head and tissue, above which a part presses fully
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;  // m; a point displaced by more than this makes its neighbours active
+  static constexpr double wakes = 10e-6;  // m, activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
-  // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
-  // points. A thinner head is treated as thicker, because it would pass between the points.
+  // m above the end at which a head is at least as thick as the points' spacing
   static constexpr double tip = 0.15e-3;
-  static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // m; balls enclose the tool, with their centres on its axis; the distance between neighbouring centres is at most
-  // twice this
+  static constexpr double shank = 10e-3;  // m of the shank that can touch
+  // m, half the spacing of enclosing balls on the axis
   static constexpr double largest_ball = 1e-3;
-  // largest fraction of a point's displacement that the bur can cut away in one tick
+  // of a displacement, cut per tick
   static constexpr double most_per_tick = 0.3;
   // m, smallest distance between two wounds (bleeding cuts) of the gum
   static constexpr double wound_distance = 1.2e-3;
-  static constexpr double hit = 0.2e-6;  // m, accuracy of the search along a point's normal for the surface of the head
+  static constexpr double hit = 0.2e-6;  // m, search along the normal
   static constexpr int search_steps = 24;
 };
 using P = SoftParameters;
@@ -137,7 +132,7 @@ double SoftTissue::elastic_energy() const noexcept {
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];
       const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      // the loop visits a link between two active points twice, so each visit adds half of the link's energy
+      // a link of two active points is visited twice
       energy += link.tension * step * step / (other < 0 ? 2 : 4);
     }
   }
@@ -176,8 +171,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // A dashpot (damper) acts in parallel with the springs of a point. Its viscosity (N·s/m) is stiffness ×
-    // return_time.
+    // Damper in parallel: stiffness × return_time, N·s/m.
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -196,11 +190,10 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   return out;
 }
 
-/// Updates the contacts of the active points. Points that the head begins to press become active.
+/// Points that the head begins to press become active.
 void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept {
   const double fade = std::exp(-in.dt / P::ignored_time);
-  // A point can be pressed only if its distance from the tool's axis is at most the head's radius plus the layer's
-  // thickness.
+  // Within the head's radius plus the layer.
   const double margin = shape.radius + shape.blunt + surface_->law().thickness;
   const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
   const dvec3 low = X_WT.p + shape.low * axis, high = X_WT.p + shape.high * axis;
@@ -211,8 +204,7 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
     const dvec3 off = at.p_W - (X_WT.p + z * axis);
     if (glm::dot(off, off) > margin * margin) return;
     const double limit = P::strain_limit * at.thickness;
-    // A quick test: if the head does not meet the smallest ball around the possible positions of this point, there is
-    // no contact. These positions lie on the point's normal.
+    // Smallest ball around the point's possible positions.
     const double middle = (limit + cut_[point]) / 2 + shape.blunt, half = (limit - cut_[point]) / 2;
     if (shape.distance(glm::conjugate(X_WT.R) * (at.p_W - middle * at.n_W - X_WT.p)) > half) return;
     Active probe;
@@ -226,9 +218,7 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Computes the contact of one point with the head. From the deepest possible position of the point, the function
-/// searches outward along the point's normal for the surface of the head (sphere tracing). If the head was enlarged by
-/// the distance `blunt`, the search begins and ends deeper by `blunt`.
+/// Sphere tracing outwards along the normal, from the deepest position; deeper by `blunt` if the head was enlarged.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -264,9 +254,7 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
   a.ignored = was ? std::clamp(a.ignored * fade, 0.0, std::max(a.exit - cut, 0.0)) : std::max(0.0, overlap - moved);
 }
 
-/// Moves each point to the equilibrium of its springs, its dashpot and its contact force, while its neighbours are
-/// fixed (a Gauss–Seidel iteration). This is the implicit step of XPBD (Macklin et al. 2016, eq. 18) for all
-/// constraints of a point together.
+/// Gauss–Seidel, neighbours fixed: implicit XPBD step (Macklin et al. 2016, eq. 18) of all constraints together.
 void SoftTissue::relax() noexcept {
   for (Active& a : active_) {
     double push = a.before * (1 / a.yield - a.springs) + a.force;
@@ -279,15 +267,12 @@ void SoftTissue::relax() noexcept {
   }
 }
 
-/// Finds the tool's displacement at which the coupling and all contact forces are in equilibrium, and the contact
-/// forces there. It uses Newton's method for piecewise linear equations. In this tick the displacement may change by at
-/// most `most` (m).
+/// Equilibrium of coupling and contacts, by Newton for piecewise linear equations; changes by at most `most` (m).
 void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
   };
-  // Returns the force of one contact if the tool is displaced by u. `free`: m, displacement of the point without
-  // contact.
+  // At displacement u. `free`: m without contact.
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};
@@ -331,9 +316,7 @@ void SoftTissue::place_tool(double most) noexcept {
   }
 }
 
-/// Removes tissue where the bur presses, as in hard tissue: force × cutting speed = specific energy × removed volume
-/// (Preston, Archard). The removed depth becomes permanent: this part of the point's displacement remains as the depth
-/// of the cut.
+/// force × cutting speed = specific energy × volume (Preston, Archard); the depth stays.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
@@ -357,8 +340,7 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  // Number of active points at the start of this tick. Points that this tick activates are computed from the next tick
-  // on.
+  // Points activated now are computed from the next tick on.
   const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;
@@ -366,8 +348,7 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // A point that has just become active has no displacement (v = 0) and would become inactive again at once. It stays
-    // active if a displaced neighbour pulls it.
+    // New points have v = 0; a displaced neighbour keeps them active.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

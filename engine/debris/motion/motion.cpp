@@ -25,23 +25,19 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-/// Approximates 1/√a with a relative error of 2e-3, which is accurate enough for suction. An exact square root and
-/// division would take as long as the rest of the loop. The initial guess halves the exponent of the number (Lomont
-/// 2003), and one Newton step refines it.
+/// 1/√a within 2e-3: exact, it would dominate the loop. Lomont's guess (2003) and a Newton step.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Returns the mean speed of the air towards the nozzle (sink) during a step, divided by the distance r from the
-/// nozzle: 1/s. `pull` is strength/r³, where strength is the suction's flow per solid angle. Because r³ falls by
-/// 3·strength·dt, the exact result is (1 − ∛(1 − 3q))/dt with q = pull·dt. If q < 1/3, the function approximates it by
-/// pull·(1 + 2q). For larger q, the air reaches the sink within this step, and the result is 1/dt.
+/// Mean approach / distance, 1/s: (1 − ∛(1 − 3q))/dt, q = pull·dt, because r³ falls by 3·strength·dt. About pull·(1 +
+/// 2q) below q = 1/3; beyond, the sink is reached: 1/dt.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// Moves particles as move_block() does, but with suction towards a nozzle (sink).
+/// As move_block(), with suction.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
@@ -73,14 +69,12 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// Returns the drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the
-// coefficient of Stokes drag, 24/Re.
+// C_d / Stokes drag, C_d = 24/Re (1 + 0.15 Re^0.687) below Re 1000 (Schiller & Naumann 1933).
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// A table of the drag factor with linear interpolation. Its points are spaced evenly within each octave of the Reynolds
-// number.
+// Linear between points that are even in each octave of Re.
 struct DragTable {
   static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // the table contains Re from 2^kLow to 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];
@@ -125,7 +119,7 @@ double drag_factor(double reynolds) noexcept {
   if (reynolds < kLeast || reynolds >= 1000) {
     return reynolds < 1000 ? schiller_naumann(reynolds) : 0.44 * reynolds / 24;
   }
-  // The exponent and the mantissa of the Reynolds number are read from its bits.
+  // Exponent and mantissa from the bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
   // the mantissa of the number minus one, 0..1

@@ -8,7 +8,7 @@
 
 namespace typodont::debris {
 
-/// Random numbers that depend only on the seed and on an index, for example the number of the cut.
+/// Depend only on the seed and an index.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t number)

@@ -1,8 +1,7 @@
-// Build-time tool: converts fonts to a small atlas of signed distances with its metrics, as C++ text.
+// Build tool: fonts to an atlas of signed distances with metrics, as C++.
 //   bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]
-// FONT gives the Latin characters. CHINESE_FONT gives the Chinese characters that the text files contain. Of a .json
-// file, all characters are used. Of a catalogue of texts (.cpp), only the entries that can appear over a picture are
-// used.
+// FONT: Latin. CHINESE_FONT: the Chinese characters of the text files: all of a .json, of a catalogue (.cpp) those
+// over a picture.
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -42,7 +41,7 @@ struct Font {
   }
 };
 
-/// Adds the characters above U+2FFF in `text`, which is UTF-8. These are the Chinese characters and punctuation.
+/// Above U+2FFF in UTF-8: Chinese characters and punctuation.
 void add_chinese(std::string_view text, std::set<int>& characters) {
   for (std::size_t i = 0; i + 2 < text.size(); ++i) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[i + k]); };
@@ -54,7 +53,7 @@ void add_chinese(std::string_view text, std::set<int>& characters) {
 
 /// Adds the Chinese characters of a file.
 void read_text(const std::string& file, std::set<int>& characters) {
-  // prefixes of the catalogue's keys whose texts can appear over a picture
+  // prefixes of keys over a picture
   constexpr std::array<std::string_view, 4> kShown{"hud.", "tool.", "implant.note.", "op.quality."};
   const std::string text = content_of(file.c_str());
   if (!file.ends_with(".cpp")) return add_chinese(text, characters);
@@ -78,7 +77,7 @@ int main(int argc, char** argv) {
   if (!latin.open(argv[1]) || (argc > 3 && !chinese.open(argv[3]))) return 2;
   constexpr int kSize = 36, kPadding = 5, kWidth = 512;
   const float latin_scale = stbtt_ScaleForPixelHeight(&latin.info, kSize);
-  // Both fonts get the same em size, so that Latin and Chinese characters match.
+  // Same em size for both.
   const float em = latin_scale / stbtt_ScaleForMappingEmToPixels(&latin.info, 1);
   const float chinese_scale = argc > 3 ? stbtt_ScaleForMappingEmToPixels(&chinese.info, em) : 0;
   std::set<int> drawn_in_chinese;
@@ -107,7 +106,7 @@ int main(int argc, char** argv) {
     unsigned char* sdf =
         stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left, &g.top);
     if (sdf) {
-      // leaves a gap between neighbouring letters, so that filtering does not mix them
+      // A gap, so that filtering does not mix letters.
       if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;

@@ -22,35 +22,27 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// These two limits decide whether a cell contains a crease. A crossing is a point where the surface crosses an edge of
-// the cell. If the variance of the normals at a cell's crossings is below kSmoothSpread, the cell has no crease.
-// Otherwise each normal is compared with the mean normal: if the cosine of the angle between them is below
-// kCreaseCosine (angle above 14°) for any crossing, the cell contains a crease of 28° or more.
+// A cell has a crease of 28° or more if its normals vary by kSmoothSpread, and one is more than 14° from the mean.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-// Cosine of 64°. A crease is gentle (ContourVertex::gentle) if all normals in its cell differ from each other by
-// less than this.
+// cos 64°, largest angle in a gentle crease (ContourVertex::gentle)
 constexpr float kGentleCosine = 0.44f;
-// On a surface of curvature κ, the mesh has an error of at most kSag·s²κ, where s is the side of a block of cells (see
-// smooth_vertices.cpp).
+// error of at most kSag·s²κ for blocks of side s (smooth_vertices.cpp)
 constexpr float kSag = 0.18f;
-// variance of the crossings' positions in one direction, divided by the square of the block's side; if the variance is
-// smaller, greatest_curvature() cannot estimate the curvature in this direction
+// variance of positions / side²; below, greatest_curvature() cannot tell
 constexpr float kLeastSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels; the vertex on a crease may lie outside its cell by at most this distance
-// voxels; a block is not merged if the distance between its vertex and the surface, as read from the field by trilinear
-// interpolation, is larger than the tolerance plus this value. kCreaseValue is for a block with a crease, kSmoothValue
-// for a block without.
+constexpr float kOutside = 0.7f;  // voxels, a crease vertex outside its cell
+// voxels beyond the tolerance between a block's vertex and the field; more: not merged
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
-// Returns the index of the sample at cell corner (x,y,z); x, y and z are each -1..17.
+// x, y, z: -1..17.
 constexpr int sample(int x, int y, int z) {
   return ((x + 1) * FieldBrick::kSamples + (y + 1)) * FieldBrick::kSamples + (z + 1);
 }
 
-// Returns the signs of a row of 17 samples: bit z is set if sample z is solid.
+// Bit z: sample z of 17 is solid.
 std::uint32_t solid_bits(const float* row) {
 #if defined(__SSE2__)
   const __m128 zero = _mm_setzero_ps();
@@ -65,7 +57,7 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
-// A patch of surface in a cell (at full resolution), or the whole surface in a merged block, with its vertex.
+// Patch in a cell, or the surface of a merged block.
 struct Node {
   CrossingSums sums;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
@@ -74,14 +66,12 @@ struct Node {
   std::uint16_t vertex = kNone;
 };
 
-// A block consists of 2³ cells or 2³ smaller blocks, so it has 3³ corner points. Returns the number of the bit that
-// stores the sign at the corner point (x, y, z).
+// Bit of corner point (x, y, z) of 3³.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // A block has 19 parts: 12 edges, 6 faces, and its inside. For each part: the bit of its midpoint (`point`) and the
-  // bits of its corners (`corners`), numbered by mid_bit().
+  // 12 edges, 6 faces, inside: bits of midpoint and corners.
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -105,8 +95,7 @@ constexpr Middles kMiddles = [] {
   return out;
 }();
 
-// Tests whether merging a block keeps the topology of its surface: the sign at the midpoint of each edge, of each face
-// and of the block must equal the sign of one of its corners (Ju et al. 2002, sec. 4.1).
+// Merging keeps the topology if each midpoint has the sign of one of its corners (Ju et al. 2002, sec. 4.1).
 bool middles_agree(std::uint32_t signs) {
   bool agree = true;
   for (int i = 0; i < 19; ++i) {
@@ -116,8 +105,7 @@ bool middles_agree(std::uint32_t signs) {
   return agree;
 }
 
-// Finds the two most frequent tissues around a surface point, among the solid samples of the 4³ samples around its
-// cell.
+// Among solid samples of the 4³ around the cell.
 void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex& vertex, const glm::vec3& local) {
   float weight[kTissueCount] = {};
   for (int i = -1; i <= 2; ++i) {
@@ -144,11 +132,10 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
 }
 
-// Returns the label of all solid samples among the 4³ samples around a cell; kAir if there are several labels.
+// Label of all solid samples in the 4³; kAir: several.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
-  // Fast path: usually all labelled samples have the same label. Compares four samples at a time and skips zero bytes
-  // (kAir).
+  // Fast: four at a time, skipping kAir.
   static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
   std::uint32_t other = 0;
   const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
@@ -166,7 +153,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
-  // Slower version, for a cell with more than one tissue around it: reads only the labels of solid samples.
+  // Slower: only solid samples' labels.
   only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
@@ -181,7 +168,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   return only;
 }
 
-// Returns the brick's only label besides air; kAir if there are several labels.
+// Besides air; kAir: several.
 Tissue only_tissue(const FieldBrick& brick) {
   Tissue only = Tissue::kAir;
   std::uint8_t differs = 0;
@@ -200,8 +187,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Returns the vertex on a crease: the intersection of the planes of the crease's sides, if the intersection lies in or
-// near the cell.
+// Intersection of the sides' planes, if in or near the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -210,8 +196,7 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Returns the trilinear interpolation of the field at point p, which is within the samples. The corners of cells have
-// integer coordinates.
+// Trilinear; cell corners are integers.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -223,10 +208,9 @@ float field_at(const float* field, const glm::vec3& p) {
   return v0 + f.x * (v1 - v0);
 }
 
-// Corner (x, y, z) of the brick has the number (x·17 + y)·17 + z, and a cell has the number of its lowest corner. The
-// edge of the grid along axis a that starts at a corner has the number of the corner plus a·17³.
+// Corner (x·17 + y)·17 + z; a cell has its lowest corner's number, the edge from a corner along a that + a·17³.
 constexpr int kCornerCount = kCorners * kCorners * kCorners;
-// For each of a cell's 12 edges: number of the edge minus number of the cell.
+// Edge − cell.
 constexpr std::array<int, 12> kEdgeNumber = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -241,7 +225,7 @@ constexpr int kMostEdges = kCells * kCorners * kCorners;
 
 }  // namespace
 
-// Working memory for one brick (16³ cells). Its member functions are the steps of contour().
+// For one brick; functions are the steps of contour().
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
@@ -251,22 +235,21 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y) is set if corner (x,y,z) is solid
+  std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y): solid
   std::uint16_t crossing_at[3 * kCornerCount];  // for the number of each crossed edge: index of its crossing
-  // The crossed edges along axis a, and the crossings on them, begin at index a·kMostEdges.
+  // Along a: from a·kMostEdges.
   std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMostEdges);
   std::vector<Crossing> crossings = std::vector<Crossing>(3 * kMostEdges);
   std::vector<Cell> cells;                     // cells that contain surface
-  std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
-  std::vector<Moments> moments[kLevels];       // the moments of each node; empty if no blocks are to be merged
+  std::vector<Node> nodes[kLevels];            // level 0: per patch; else per merged block
+  std::vector<Moments> moments[kLevels];       // per node; empty without merging
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
-  std::vector<std::uint16_t> state[kLevels];   // state of each block: kNone, kMixed or the index of its node
+  std::vector<std::uint16_t> state[kLevels];   // kNone, kMixed or a node
 
-  // The mesher keeps the results of all bricks. They are first computed in this memory, so that the arrays of each
-  // brick are allocated only once, in their final size.
+  // Results are kept, so built here first and then allocated once.
   std::vector<BrickContour::Edge> edges;
   std::vector<ContourVertex> vertices;
-  // A vertex of a smooth patch of surface that is not part of a merged block.
+  // Of a smooth patch in no merged block.
   struct SmoothVertex {
     std::uint16_t patch, vertex;  // indices in nodes[0] and `vertices`
     glm::u8vec3 cell;
@@ -324,7 +307,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   }
 }
 
-// Reads the signs of the corners. Returns false if the brick (16³ cells) contains no surface.
+// false: no surface.
 bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
@@ -338,8 +321,7 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Finds the crossed edges, and the position and normal of each crossing. Edges whose base (lower end) lies in the
-// brick's own cells are added to `edges`; each becomes a polygon.
+// Edges with their base in this brick become polygons (`edges`).
 void Contourer::Scratch::find_crossings() {
   edges.clear();
   int next[3] = {0, kMostEdges, 2 * kMostEdges};
@@ -371,10 +353,8 @@ void Contourer::Scratch::find_crossings() {
   }
 }
 
-// Returns the number of a cell's shape. With the usual shapes, the surface in this cell and the surface in a
-// neighbouring cell can meet in two arcs on their common face. An edge of the mesh would then have four polygons. If
-// the surfaces would meet in two arcs, the function returns another shape. The arcs of this other shape connect the
-// four crossings on the common face in the other way (see CellShapes).
+// If the usual shapes of two cells met in two arcs on their face (four polygons at an edge), the other shape
+// (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
@@ -393,8 +373,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Finds the cells that contain surface, and the patches (pieces of surface) in each cell. `merging`: also computes the
-// moments, from which blocks of cells are merged.
+// `merging`: also the moments.
 void Contourer::Scratch::find_patches(bool merging) {
   const Tissue only = only_tissue(*brick);
   cells.clear();
@@ -407,7 +386,7 @@ void Contourer::Scratch::find_patches(bool merging) {
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto pair = [&](std::uint32_t bits, int at) {  // returns the signs at the corners z and z + 1 of a row
+        auto pair = [&](std::uint32_t bits, int at) {  // signs at z and z + 1
           return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
         };
         const glm::ivec3 at(x, y, z);
@@ -443,7 +422,7 @@ void Contourer::Scratch::find_patches(bool merging) {
   }
 }
 
-// Finds the patches that contain a crease. Most patches contain none, because their normals are nearly equal.
+// Most have none: nearly equal normals.
 void Contourer::Scratch::find_creases() {
   std::vector<Node>& patches = nodes[0];
   std::size_t cell_index = 0;
@@ -488,7 +467,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Returns the sums over the tangent planes at all crossings in all cells of a block.
+// Of all crossings in a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
@@ -509,8 +488,7 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges 2³ blocks of the next finer level into one block with 2^level cells per side, wherever one vertex can
-// represent the surface in the larger block. Returns false if no block was merged.
+// 2³ finer blocks into one of 2^level cells a side, where one vertex suffices. False: none.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);
@@ -559,7 +537,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     node.sums = sums.sums();
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // One vertex can represent both sides of a crease if these sides meet in the block.
+      // Both sides meet in the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
@@ -580,7 +558,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
   return merged;
 }
 
-// Places one vertex for every remaining patch (piece of surface) and for every merged block.
+// Per remaining patch and merged block.
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
   vertices.clear();
@@ -638,7 +616,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   out.vertices.assign(vertices.begin(), vertices.end());
 }
 
-// Computes the positions and normals of the vertices in `smooth`, eight at a time.
+// `smooth`, eight at a time.
 void Contourer::Scratch::place_smooth_vertices(const glm::vec3& origin) {
   for (std::size_t first = 0; first < smooth.size(); first += 8) {
     const std::size_t count = std::min<std::size_t>(8, smooth.size() - first);

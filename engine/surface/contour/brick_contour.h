@@ -1,5 +1,4 @@
-// Extracts the surface vertices of one brick (16³ cells) of the distance field, and their cells. This needs only the
-// brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds the polygons later.
+// Vertices and cells of one brick (16³ cells) from its own samples; surface_mesher.cpp joins them to polygons.
 #pragma once
 
 #include <array>
@@ -17,10 +16,9 @@ struct ContourVertex {
   glm::vec3 position{0};  // voxels, position of the vertex in the voxel frame
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
-  Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
-  bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
-  // true if the vertex is on a crease and all normals in its cell differ from each other by less than 64°; a small
-  // triangle on such a crease is shaded with the mean normal
+  Tissue tissue[2]{};     // most frequent around the vertex first
+  bool crease = false;    // sharp edge; `normal` is the sides' mean
+  // crease below 64°, whose small triangles use the mean normal
   bool gentle = false;
 };
 
@@ -29,10 +27,10 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // index in `vertices` of the vertex of the cell's first patch (piece of surface)
+    std::uint16_t vertex;  // of the cell's first patch, in `vertices`
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
-  /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
+  /// Crossed edge; `cell` is its base corner.
   struct Edge {
     std::uint16_t cell : 12;
     std::uint16_t axis : 2;
@@ -40,14 +38,14 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // one bit for each cell; the bit is set if the cell contains surface
-  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of bits that are set in earlier words
+  std::array<std::uint64_t, 64> active{};  // bit per cell with surface
+  std::array<std::uint16_t, 64> before{};  // bits set before each word
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;
 
   bool empty() const { return cells.empty(); }
-  /// Returns the index of a cell in `cells`, or -1 if the cell contains no surface.
+  /// -1: no surface.
   int find(int cell) const {
     const std::uint64_t word = active[static_cast<std::size_t>(cell >> 6)];
     const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
@@ -56,13 +54,12 @@ struct BrickContour {
   }
 };
 
-/// Processes bricks (blocks of 16³ cells) one at a time and reuses its working memory.
+/// One brick at a time; reuses memory.
 class Contourer {
  public:
   Contourer();
   ~Contourer();
-  /// Merges cells into blocks of 2³ to 16³ cells as long as the surface moves by at most `tolerance` voxels. A negative
-  /// tolerance disables merging.
+  /// Merges up to 16³ cells within `tolerance` (voxels); negative: never.
   void contour(const FieldBrick& brick, float tolerance, BrickContour& out);
 
  private:

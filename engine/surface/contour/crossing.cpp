@@ -11,23 +11,17 @@
 namespace typodont::surface {
 namespace {
 
-// Limits for the test whether the samples at both ends of an edge lie on one plane. On a plane, the squared length of
-// the field's gradient differs from 1 by less than kUnit (rounding), and each component of the gradient differs between
-// the two ends by less than kSame. On a curved surface, both conditions are very rarely met.
+// Both ends on one plane: |gradient|² within kUnit of 1, components within kSame.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// Voxels, limit of the second differences of the field at the ends of the edge. If one of them is larger, there is a
-// crease near the edge, or the surface has a radius of curvature of less than four voxels.
+// voxels, second difference at an end; above: a crease near, or a radius below four voxels
 constexpr float kBent = 0.25f;
-// The slope of the field before the edge is compared with its slope behind the edge, along the edge's line. If the
-// slopes differ by more than this, the surface has a crease there, because curvature alone changes the slope less.
+// jump of the slope along the edge that curvature cannot make: a crease
 constexpr float kSlopeJump = 0.6f;
-// In a distance field, the squared length of the gradient is 1. If the value from central differences deviates from 1
-// by more than this, samples from both sides of a crease were used.
+// |gradient|² from 1: samples of both sides of a crease
 constexpr float kAcross = 0.05f;
 
-// A gradient of the field (Real = float), or the gradients at eight edges (Real = Eight). `a`: component along the
-// edge; `b`, `c`: components across it; `excess`: by how much the square of the length differs from 1.
+// One or eight edges. `a` along, `b`, `c` across; `excess`: length² − 1.
 template <class Real>
 struct Gradient {
   Real a, b, c, excess;
@@ -44,9 +38,7 @@ TYPODONT_INLINE void take_if(Mask condition, const Gradient<Real>& other, Gradie
   g.excess = condition ? other.excess : g.excess;
 }
 
-// The four gradients that one-sided differences give at a sample. The component along the edge is given. For each of
-// the two axes across the edge, there is one difference to the lower and one to the upper neighbour, so there are four
-// combinations.
+// One-sided differences: lower or upper neighbour on both axes across, four combinations.
 template <class Real>
 struct OneSided {
   Gradient<Real> pair[4];
@@ -74,14 +66,12 @@ struct NearCrease {
   Gradient<float> gradient;
 };
 
-// Computes the crossing of an edge near a crease of the surface. Returns no value if the samples do not show a crease.
-// `at`: sample at the start of the edge; a: stride along the edge; b, c: strides across it.
+// Empty: no crease. `at`: start sample; a: stride along; b, c: across.
 std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c) {
   const float* end = at + a;
   const float before = at[-a], f0 = at[0], f1 = end[0], after = end[a];
   const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
-  // If the edge crosses a crease, the field is the maximum (convex) or minimum of the distances to two planes. The
-  // samples before the edge belong to one plane, the samples after the edge to the other.
+  // Maximum or minimum of two planes' distances: samples before the edge belong to one, after it to the other.
   const float slope0 = f0 - before, slope1 = after - f1;
   const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
   const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
@@ -91,9 +81,7 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
     const OneSided<float> side = first ? one_sided(at, slope0, b, c) : one_sided(end, slope1, b, c);
     if (side.unit() || std::abs(jump) > kSlopeJump) return NearCrease{first ? t0 : t1, side.best()};
   }
-  // A crease of the surface may run beside this edge of the grid. Then at least one of the gradients from one-sided
-  // differences uses only samples on one side of the crease, and its length is 1. So the gradient whose length is
-  // nearest to 1 is used.
+  // A crease beside the edge: the one-sided gradient of length nearest to 1.
   const OneSided<float> here = one_sided(at, f1 - f0, b, c), there = one_sided(end, f1 - f0, b, c);
   if (!here.unit() && !there.unit()) return std::nullopt;
   const Gradient<float> p = here.best(), q = there.best();
@@ -102,13 +90,12 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
 
 constexpr unsigned kAllLanes = 0xff;
 
-// The crossings of eight edges. `t`: 0..1, position along the edge of the grid; `na`, `nb`, `nc`: unit normal, along
-// the edge and along the two axes across it.
+// `t`: 0..1 along the edge; `na`, `nb`, `nc`: normal along and across.
 struct EightCrossings {
   Eight t, na, nb, nc, curvature;
 };
 
-// Returns the edges at whose ends the samples lie on the same plane, and sets the gradients of these planes in `out`.
+// Edges on one plane; sets its gradients in `out`.
 TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<Eight>& q, Gradient<Eight>& out) {
   Eight least = Eight{} + 2 * kSame * kSame;
   EightInts found{};
@@ -126,8 +113,7 @@ TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<E
   return found;
 }
 
-// Computes the crossings of eight edges. `at`: samples at their starts; a: stride along the edges; b, c: strides across
-// them. Reads the samples -a..2a, and the samples ±b, ±c at both ends.
+// `at`: start samples; strides a along, b, c across. Reads -a..2a, and ±b, ±c at both ends.
 TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int b, int c) {
   const auto load = [at](int offset) __attribute__((always_inline)) {
     return Eight{at[0][offset], at[1][offset], at[2][offset], at[3][offset],
@@ -159,8 +145,7 @@ TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int 
     g = gradient(slope - 0.5f * bend * (1 - 2 * t),
                  0.5f * ((1 - t) * (upper_b0 - lower_b0) + t * (upper_b1 - lower_b1)),
                  0.5f * ((1 - t) * (upper_c0 - lower_c0) + t * (upper_c1 - lower_c1)));
-    // The mean curvature is half the Laplacian of the distance field, because the Laplacian is the sum of the two
-    // principal curvatures.
+    // Mean curvature: half the Laplacian.
     curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
     if (const EightInts across = g.excess > kAcross; bits_of(across) != 0) {
       Gradient<Eight> better = there.best();

@@ -1,6 +1,5 @@
-// Functions of one float or of eight floats. A template that calls them computes the same bits for one number and for
-// eight numbers at a time. Every file that includes this header is compiled with -Wno-psabi, because vectors of eight
-// floats are passed only between inlined functions.
+// Functions of one or eight floats with equal bits. Includers are compiled with -Wno-psabi: vectors pass only between
+// inlined functions.
 #pragma once
 
 #include <cmath>
@@ -20,7 +19,7 @@ TYPODONT_INLINE float root(float v) {
   return std::sqrt(v);
 }
 TYPODONT_INLINE Eight root(Eight v) {
-  asm("" : "+m"(v));  // writes and reads v; otherwise the compiler would compute some of the roots one by one
+  asm("" : "+m"(v));  // or the compiler would take some roots one by one
   Eight out;
   for (int i = 0; i < 8; ++i) out[i] = std::sqrt(v[i]);
   return out;

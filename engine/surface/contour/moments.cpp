@@ -15,8 +15,7 @@ float greatest_curvature(const Moments& moments, float least) {
       glm::normalize(std::abs(unit.x) < 0.7f ? glm::vec3(0, -unit.z, unit.y) : glm::vec3(unit.y, -unit.x, 0));
   const glm::vec3 v = glm::cross(unit, u);
 
-  // Computes covariances in the tangent plane: X of positions, C of normals with positions. The shape operator is S =
-  // C X⁻¹.
+  // In the tangent plane: X of positions, C of normals with positions; S = C X⁻¹.
   auto product = [&](const glm::vec3& a, int first, const glm::vec3& b) {
     float sum = 0;
     for (int i = 0; i < 3; ++i)
@@ -26,8 +25,7 @@ float greatest_curvature(const Moments& moments, float least) {
   auto place = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x);
   };
-  // Returns the covariance of two quantities over all crossings: the component of the normal along a, and the component
-  // of the position along b.
+  // Covariance of normal·a with position·b.
   auto change = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(b, 3, a) - glm::dot(a, n) * glm::dot(b, x);
   };

@@ -1,5 +1,4 @@
-// Sums over the crossings in a cell or block. The sums of several blocks can be added. Vertices and curvatures are
-// computed from the sums.
+// Additive sums over crossings, for vertices and curvatures.
 #pragma once
 
 #include <cstring>
@@ -10,8 +9,7 @@
 
 namespace typodont::surface {
 
-/// Sums over crossings (point p, unit normal n, mean curvature H) from which a vertex is computed. Points are relative
-/// to the centre of the cell or block, so that single precision is sufficient.
+/// Point p (from the cell's centre, so floats suffice), unit normal n, mean curvature H.
 struct CrossingSums {
   Four low = {}, high = {};  // Σ (p.x p.y p.z n.x) and Σ (n.y n.z H 1)
   Four by_normals = {};      // Σ (p.x·n.x, p.y·n.y, p.z·n.z); the last lane has no meaning
@@ -31,13 +29,13 @@ struct CrossingSums {
   glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
   glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
   float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
-  // returns Σ p·n, the sum of the products of point and normal
+  // Σ p·n
   float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
 };
 
-/// Sums over crossings of the outer product of (p, 1) and (p, n, H, 1), from which curvatures are computed.
+/// Σ (p, 1) ⊗ (p, n, H, 1), for curvatures.
 struct Moments {
-  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: the same without the factor p_i
+  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: without p_i
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     Four low, high;
@@ -51,7 +49,7 @@ struct Moments {
     m[3][0] += low;
     m[3][1] += high;
   }
-  /// Adds the moments `o`, which are relative to another centre. `shift`: position of that centre relative to this one.
+  /// `shift`: centre of `o` from this one.
   void add(const Moments& o, const glm::vec3& shift) {
     const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {
@@ -69,9 +67,7 @@ struct Moments {
   CrossingSums sums() const { return {m[3][0], m[3][1], Four{at(0, 3), at(1, 4), at(2, 5), 0}}; }
 };
 
-/// Returns the largest absolute principal curvature, estimated from the change of the normals with position in the
-/// block. In a direction in which the variance of the points is below `least`, the function uses the mean curvature of
-/// the crossings.
+/// From the change of normals; where the points' variance is below `least`, the crossings' mean curvature.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

@@ -6,7 +6,7 @@
 namespace typodont::surface {
 namespace {
 
-// Computes the eigenvectors of a symmetric 3×3 matrix by cyclic Jacobi rotations. They are returned as columns of `v`.
+// Cyclic Jacobi; columns of `v`.
 void eigen(double a[3][3], double v[3][3]) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) v[i][j] = i == j;
@@ -46,7 +46,7 @@ PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
                n22 = sums.nn[5];
   const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
                       n02 * m.x + n12 * m.y + n22 * m.z);
-  // right-hand side of the normal equations A y = b; y is the wanted point relative to the mean of the crossings
+  // A y = b; y relative to the crossings' mean
   const glm::dvec3 b = sums.nd - nm;
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];

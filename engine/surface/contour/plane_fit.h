@@ -1,5 +1,4 @@
-// Fits the point that is nearest to all tangent planes: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren
-// 2002).
+// Point nearest to all tangent planes: dual contouring (Ju, Losasso, Schaefer & Warren 2002).
 #pragma once
 
 #include <array>
@@ -9,13 +8,13 @@
 
 namespace typodont::surface {
 
-/// Sums over the tangent planes of crossings. Points are relative to the centre that is passed to add().
+/// Relative to the centre passed to add().
 struct PlaneSums {
   double count = 0;
   glm::dvec3 point{0};         // Σ p, sum of the crossings' points
-  std::array<double, 6> nn{};  // Σ n nᵀ, sum of the outer products of the normals, in the order xx xy xz yy yz zz
-  glm::dvec3 nd{0};  // Σ n (n·p), sum of the normals, each multiplied by the plane's distance n·p from the centre
-  double dd = 0;     // Σ (n·p)², sum of the squared distances of the planes from the centre
+  std::array<double, 6> nn{};  // Σ n nᵀ: xx xy xz yy yz zz
+  glm::dvec3 nd{0};            // Σ n (n·p)
+  double dd = 0;               // Σ (n·p)²
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     const glm::dvec3 n(crossing.normal[0], crossing.normal[1], crossing.normal[2]);
@@ -37,14 +36,12 @@ struct PlaneSums {
 struct PlaneFit {
   glm::vec3 point{0};
   float residual = 0;  // voxels, root-mean-square distance of the point from the planes
-  /// number of directions that the planes determine: 1 on a flat surface, 2 on an edge, 3 in a corner
+  /// 1 flat, 2 edge, 3 corner
   int rank = 0;
 };
 
-/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. Only directions
-/// with a large eigenvalue are determined by the planes: the eigenvalue must be at least `cutoff` times the largest
-/// eigenvalue, and it must be one of the `most` largest ones. In all other directions, the point has the coordinate of
-/// the mean.
+/// The best point nearest to the mean. Directions count with an eigenvalue of `cutoff` × the largest, at most `most` of
+/// them.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

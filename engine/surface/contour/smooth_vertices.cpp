@@ -6,20 +6,16 @@
 namespace typodont::surface {
 namespace {
 
-// These constants place the vertices on a curved surface. The four vertices around an edge of the grid form a facet;
-// its sides are about as long as the side s of a cell. If the vertices lay on a surface of curvature κ, the middle of
-// the facet would lie about s²κ/4 below the surface. So the vertices are placed outside the surface by kLift·s²κ. Then
-// the facet's corners lie outside the surface by about as much as its middle lies inside. The remaining error is at
-// most kSag·s²κ (brick_contour.cpp). Each vertex is also moved along the surface towards the middle of its cell, by the
-// fraction kCentre of its distance from this middle, so that facets have similar sizes. All values were measured on
-// spheres: tests/property/surface_mesh_test.cpp.
+// On curvature κ, a facet of side s would sag by about s²κ/4, so vertices lie kLift·s²κ outside (error at most
+// kSag·s²κ, brick_contour.cpp). They move to the cell's middle by kCentre, for even facets. Measured on spheres:
+// tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
-// largest distance by which a vertex is placed outside the surface, as a ratio to the cell's side length
+// of the side, outside the surface
 constexpr float kMaxLift = 0.1f;
-constexpr float kShortest = 1e-6f;  // a sum of normals that is shorter than this has no direction
+constexpr float kShortest = 1e-6f;  // no direction below
 
-// A vector of three coordinates: of one point (Real = float) or of eight points (Real = Eight).
+// One or eight points.
 template <class Real>
 struct Coordinates {
   Real x, y, z;
@@ -29,7 +25,7 @@ TYPODONT_INLINE Real dot(const Coordinates<Real>& p, const Coordinates<Real>& q)
   return p.x * q.x + p.y * q.y + p.z * q.z;
 }
 
-// The members of CrossingSums that the functions below use: of one cell, or of eight cells.
+// Of one or eight cells.
 template <class Real>
 struct Sums {
   Coordinates<Real> points, normals, by_normals;

@@ -1,4 +1,4 @@
-// Places the vertices of smooth pieces of surface: one vertex, or eight vertices at a time.
+// Vertices of smooth patches, one or eight at a time.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -7,10 +7,8 @@
 
 namespace typodont::surface {
 
-/// Returns the vertex for a smooth piece of surface in a block of cells with the side `s`, relative to the block's
-/// middle, in voxels. The vertex starts at the mean of the crossings (the points where the surface crosses the cells'
-/// edges). On a curved surface, this mean does not lie on the surface: its distance from the surface is half the
-/// covariance of points and normals. The vertex is moved by this distance along the normal.
+/// Relative to the block's middle, voxels. From the crossings' mean along the normal by half the covariance of points
+/// and normals: the mean's distance from a curved surface.
 glm::vec3 smooth_vertex(const CrossingSums& sums, float s);
 
 /// Vertices of eight cells, as arrays of coordinates.
@@ -18,14 +16,13 @@ struct SmoothVertices {
   alignas(32) float position[3][8];  // voxels, relative to the middle of the cell
   alignas(32) float normal[3][8];    // unit normals
 };
-/// Computes smooth_vertex(), with s = 1, and unit_normal() for eight cells at a time, with the same bits.
+/// smooth_vertex() with s = 1, and unit_normal(); the same bits.
 void smooth_vertices(const CrossingSums* const sums[8], SmoothVertices& out);
 
-/// Returns the unit normal in the direction of the sum of the normals; (0, 0, 1) if this sum is zero.
+/// (0, 0, 1) for zero.
 glm::vec3 unit_normal(const CrossingSums& sums);
 
-/// For eight cells, tests whether the variance of the normals at the cell's crossings is below `limit`. Returns one bit
-/// for each cell whose variance is not below.
+/// Bit per cell whose normals vary by `limit` or more.
 unsigned spread_of_normals(const CrossingSums* const sums[8], float limit);
 
 }  // namespace typodont::surface
