@@ -5,14 +5,12 @@
 
 namespace typodont::display {
 
-/// The presses and releases of one mouse button. On a busy computer, several of them arrive before the program looks
-/// again. The queue then shows the program one after the other, so that a click shorter than a frame, and a click that
-/// follows a drag at once, are not lost. Render thread only.
+/// One button's presses and releases, shown one per look, so that no click is lost on a busy computer. Render thread.
 class ButtonQueue {
  public:
   /// Adds a press (true) or a release (false).
   void add(bool down) { waiting_.push_back(down); }
-  /// Returns true if the button is down after the next press or release. Without a new one, the state does not change.
+  /// State after the next event, if any.
   bool next() {
     if (!waiting_.empty()) {
       down_ = waiting_.front();

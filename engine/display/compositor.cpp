@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-// number of frames whose changes are stored; larger than the number of images of a window
+// more frames than a window has images
 constexpr std::size_t kHistoryFrames = 6;
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
@@ -43,19 +43,17 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // The first index is the Mix, which states how the pictures of both eyes are combined. The second index is 1 if
-  // source and target have the same size.
+  // [Mix][source and target of one size]
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // The members from `history` on store the changes of the last frames, and the number of the frame that each target
-  // contains.
+  // Changes of the last frames, and the frame in each target.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the pictures of both eyes
-    Rects written;   // parts of the target in which the text changed, for each eye's region
+    Rects written;   // changed text per region
   };
   std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
   std::uint64_t frame = 0;
@@ -64,7 +62,7 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // The text over each eye's region of the target. Frames that are in flight and show the same text share one object.
+  // Frames in flight with one text share it.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
   std::array<ivec2, 2> region_sizes{};  // pixels, size of each eye's region of the target
@@ -75,8 +73,7 @@ struct Compositor::Impl {
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // Data for composing one frame on the CPU. There is one entry for each frame in flight. The GPU first copies the
-  // changed parts of the eyes' pictures into `eyes`. Then the CPU composes the `parts` of the target from these copies.
+  // One per frame in flight: the GPU copies changed parts to `eyes`, the CPU composes `parts`.
   struct CpuJob {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -119,7 +116,7 @@ struct Compositor::Impl {
     writing_pipeline = VK_NULL_HANDLE;
   }
 
-  /// Returns the region of an eye in the target. A target with a stereo surface has one layer for each eye.
+  /// A stereo surface has a layer per eye.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
     return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
   }
@@ -130,7 +127,7 @@ struct Compositor::Impl {
   /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
-  /// Draws the text again if it changed. Returns, for each eye's region, the parts of the target that have changed.
+  /// If it changed. Returns changed parts per region.
   Rects write(const Huds& huds, Layout how, const Target& target) {
     Rects changed;
     for (std::size_t e = 0; e < places(how); ++e) {
@@ -145,9 +142,7 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// If a part of the target is drawn again, all text panels that overlap this part must be drawn again, too. Returns
-  /// these text panels, and adds their boxes to `parts`. So the whole background of each panel is composed again before
-  /// the panel is blended over it.
+  /// Panels over redrawn parts; adds their boxes, so that the whole background is composed first.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -173,7 +168,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// Copies the text panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
+  /// To the buffer of this frame in flight.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -197,8 +192,7 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Returns the target area in which a part of an eye's picture is visible. If pictures are stretched, the area is two
-  /// pixels larger on every side.
+  /// Where a part shows; two pixels more if stretched.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -209,7 +203,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// Returns the parts of the target that must be drawn, for each eye's region; no value: the whole target.
+  /// Per region; empty: all.
   std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                      const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -226,15 +220,13 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    // Draws everything if the surface is stereo (one layer per eye), or if the frame in the target is so old that the
-    // stored history does not contain all changes since then.
+    // All for stereo surfaces, and for frames older than the history.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If both eyes' pictures share every region of the target, a drawn pixel is drawn for both eyes. Then the parts
-        // of both eyes are stored under index 0.
+        // Shared regions: both eyes' parts under index 0.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -269,7 +261,7 @@ struct Compositor::Impl {
     return made = gpu::create_pipeline(device, o);
   }
 
-  /// Draws text panels over an eye's region, in the same rendering pass that composed it.
+  /// In the pass that composed the region.
   void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
                   const std::vector<std::size_t>& panels) {
     if (panels.empty()) return;
@@ -289,14 +281,14 @@ struct Compositor::Impl {
     }
   }
 
-  /// Copies the parts of the pictures that the target needs into memory, where the CPU composes them.
+  /// To memory for the CPU.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
-    // The buffer has one additional pixel, because the last pixel is interpolated with its neighbour.
+    // One pixel more for interpolation.
     if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
       job.eyes.destroy(device);
       job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
@@ -321,8 +313,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // A layer is the picture of one eye. If the layout has no separate region for each eye, the list of changed
-      // parts is stored only for eye 0. Each of these parts is then copied from both pictures.
+      // Shared regions: parts are listed for eye 0 and copied from both.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -390,8 +381,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // `slot` is the index of the frame's buffers. If the CPU has not yet composed the frame that used these buffers
-    // before, the target lacks the changes of that frame. So the whole picture is composed again.
+    // `slot`: the frame's buffers. If the CPU never composed their last frame, everything is missing.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
@@ -408,7 +398,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  // If the size is odd, one column or row belongs to no eye and stays black.
+  // Odd sizes leave a black column or row.
   const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
   for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,

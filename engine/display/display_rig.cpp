@@ -64,7 +64,7 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // Divides the normal and the offset by the normal's length: {p: n·p = c} and {p: n/|n|·p = c/|n|} are the same plane.
+  // {p: n·p = c} = {p: n/|n|·p = c/|n|}.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -112,8 +112,7 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // The file is the result of `calibrate register`: the pose of the haptic base H in the display's frame D. For a
-    // headset, D is the headset's space.
+    // Of `calibrate register`: H in D, a headset's space.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -152,7 +151,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto screen = json.find("screen"))
     rig.screen = parse_screen(*screen);
   else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // throws Error if the screen is missing, because a mirror needs a measured screen
+    json["screen"];  // throws Error: a mirror needs a measured screen
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
@@ -197,7 +196,7 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
 }
 
 dmat4 opengl_projection(const Frustum& f) {
-  // The same matrix as glFrustum(l, r, b, t, n, f); see Kooima 2009, section 5. glm is column-major: m[column][row].
+  // glFrustum(l, r, b, t, n, f), Kooima 2009, section 5. glm: m[column][row].
   dmat4 m(0.0);
   m[0][0] = 2 * f.near / (f.right - f.left);
   m[1][1] = 2 * f.near / (f.top - f.bottom);
@@ -210,8 +209,7 @@ dmat4 opengl_projection(const Frustum& f) {
 }
 
 dmat4 vulkan_projection(const Frustum& f) {
-  // Makes the projection for Vulkan from that for OpenGL: the y row is negated (Vulkan's y points down), and depth is
-  // mapped to 0..1.
+  // From OpenGL: y negated, depth 0..1.
   dmat4 m = opengl_projection(f);
   m[1][1] = -m[1][1];
   m[2][1] = -m[2][1];
@@ -225,7 +223,7 @@ dvec3 reflect(const Mirror& mirror, const dvec3& p) {
 }
 
 dmat4 reflection(const Mirror& mirror) {
-  // Homogeneous matrix of the reflection in the plane n·p = c: H = [[I − 2nnᵀ, 2cn], [0, 1]].
+  // Reflection in n·p = c: [[I − 2nnᵀ, 2cn], [0, 1]].
   const dvec3 n = mirror.normal;
   const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
   dmat4 h(linear);
@@ -243,8 +241,7 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell's law: a plate of thickness t and refractive index n displaces the image of an object behind it by t (1 − cos
-  // θ / √(n² − sin² θ)) along the plate's normal, towards the eye (θ: angle of incidence).
+  // Snell: t (1 − cos θ / √(n² − sin² θ)) along the normal, towards the eye.
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -258,9 +255,8 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // v_r, v_u and v_n are unit vectors: to the picture's right, to its top, and out of the picture towards the eye. The
-  // panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so the three vectors are
-  // then left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
+  // Right, up and towards the eye. A mirror image emits against v_r × v_u: left-handed, determinant −1, and nothing
+  // else.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
@@ -292,7 +288,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m, an eye that is nearer than this to the picture's plane is an error
+  constexpr double kNearest = 0.05;  // m, nearer eyes are errors
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
@@ -348,7 +344,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Of all entries of the projection, only P23 is a length. So only P23 changes if lengths are in mm.
+  // Only P23 is a length.
   return row_major_mm(vulkan_projection(frustum));
 }
 

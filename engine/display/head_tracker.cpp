@@ -23,8 +23,7 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Parameters of MotionFilter. Sigma: noise of camera trackers after OpenTrack's own filter. Agility: square root of the
-// spectral density of the acceleration of a user's head during work.
+// Noise after OpenTrack's filter; root of the acceleration's spectral density at work.
 constexpr double kPositionSigma = 0.5e-3;  // m, standard deviation of the noise of a tracked position
 constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the spectral density of the head's acceleration
 constexpr double kDirectionSigma = 5e-3;   // rad, standard deviation of the noise of a tracked direction
@@ -44,8 +43,7 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Returns the age of a message (ns), computed from the kernel's time stamp. Users can change the clock that gives the
-/// time stamp, so an impossible age counts as 0.
+/// ns by the kernel; impossible ages count as 0, because clocks can be set.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -162,9 +160,8 @@ HeadTracker::~HeadTracker() {
 }
 
 void HeadTracker::poll() noexcept {
-  // The buffer has one byte more than a packet, so that longer packets are detected. The loop reads at most 500
-  // packets, so that very many packets cannot delay the picture. The fastest tracker sends 500 packets in two
-  // seconds.
+  // A byte more than a packet shows longer ones. 500 a frame, two seconds of the fastest tracker, cannot delay a
+  // picture.
   for (int most = 500; most > 0; --most) {
     std::array<std::byte, kPacketBytes + 1> bytes;
     alignas(cmsghdr) std::array<char, 128> control;

@@ -10,29 +10,29 @@ namespace typodont::display {
 
 namespace {
 
-constexpr double kGlassMargin = 0.01;  // m, the glass extends beyond the outermost lines of sight by this length
+constexpr double kGlassMargin = 0.01;  // m beyond the outermost lines of sight
 
-/// A half space that limits the workspace: the points p with outward · p ≤ offset, where |outward| = 1.
+/// outward · p ≤ offset, |outward| = 1.
 struct Limit {
   dvec3 outward;
-  double offset;  // m, distance of the boundary plane from the origin of W along `outward`
+  double offset;  // m along `outward`
   std::string name;
 };
 
-/// Returns the half space that is bounded by the plane through three points and contains the point `inside`.
+/// Through three points, with `inside`.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
   return {n, glm::dot(n, a), std::move(name)};
 }
 
-/// Returns the intersection of the line through p and q with the plane normal · p = offset.
+/// Line p–q with normal · p = offset.
 dvec3 meet(const dvec3& p, const dvec3& q, const dvec3& normal, double offset) {
   const dvec3 d = q - p;
   return p + ((offset - glm::dot(normal, p)) / glm::dot(normal, d)) * d;
 }
 
-/// Solves the symmetric positive definite A x = b in place (Cholesky).
+/// A x = b in place, by Cholesky.
 template <std::size_t N>
 void solve(std::array<std::array<double, N>, N>& A, std::array<double, N>& b) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -53,18 +53,15 @@ void solve(std::array<std::array<double, N>, N>& A, std::array<double, N>& b) {
 }
 
 struct LargestBox {
-  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m, middle of the box, and half the length of its edges
+  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m
 };
 
-/// Computes the largest axis-parallel box inside all limits. The origin must lie strictly inside all of them. The box
-/// with middle c and half edges h lies within n · p ≤ d if n · c + |n| · h ≤ d, so log(h_x h_y h_z) is maximised
-/// under linear constraints. This is a convex problem (Boyd & Vandenberghe 2004, 8.4.2), solved by a barrier method
-/// with Newton steps.
+/// Largest box within all limits, origin strictly inside: n · c + |n| · h ≤ d, maximise log(h_x h_y h_z). Convex (Boyd
+/// & Vandenberghe 2004, 8.4.2); barrier method, Newton steps.
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  // The box at the start of the search: x, y and z of its middle c, then its half edges h. The values are in m here;
-  // the next line divides them by `room`, so that the search uses numbers near 1.
+  // c, then h; divided by `room` next, for numbers near 1.
   std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;
@@ -121,7 +118,7 @@ LargestBox largest_box(const std::vector<Limit>& limits) {
   return {room * dvec3(x[0], x[1], x[2]), room * dvec3(x[3], x[4], x[5])};
 }
 
-/// Returns true if two segments cross in the side view (y, z).
+/// In (y, z).
 bool cross_in_side_view(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   const auto side = [](const dvec3& p, const dvec3& q, const dvec3& r) {
     return (q.y - p.y) * (r.z - p.z) - (q.z - p.z) * (r.y - p.y);
@@ -142,7 +139,6 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   DisplayRig& rig = plan.rig;
   rig.kind = DisplayKind::kMirror;
 
-  // Places the eyes, the picture and the mirror of the planned bench.
   rig.head.eye_center = spec.eye_distance * dvec3(0, -std::cos(spec.gaze), std::sin(spec.gaze));
   rig.head.ipd = spec.ipd;
   rig.head.right = {1, 0, 0};
@@ -153,7 +149,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   mirror.normal = {0, -std::sin(spec.mirror_tilt), std::cos(spec.mirror_tilt)};
   mirror.offset = spec.glass_above_work;
   rig.mirror = mirror;
-  // The panel is the mirror image of the picture; seen from its front, its left side is the user's right side.
+  // Mirror image: its left is the user's right.
   rig.screen = {reflect(mirror, across - along), reflect(mirror, -across - along), reflect(mirror, across + along),
                 spec.pixels, spec.layout};
   plan.pixel = spec.panel_width / eye_pixels(spec.layout, spec.pixels).x;
@@ -177,7 +173,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   if (!behind) conflicts.push_back("the picture reaches through the glass: raise the mirror or turn the picture");
   if (!conflicts.empty()) return plan;
 
-  // The glass contains all lines of sight from both eyes to the picture's corners, and a margin.
+  // All lines of sight, and a margin.
   const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // direction in the glass away from the user
   double near_end = std::numeric_limits<double>::infinity(), far_end = -near_end, half_width = 0;
   for (const dvec3& eye : eyes) {
@@ -196,7 +192,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   // Checks that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  // true if p is between the outermost lines of sight, in front of the glass
+  // in front of the glass, between the outermost
   const auto within_view = [&](const dvec3& p) {
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
@@ -215,8 +211,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                                     1e3 * to_panel, 1e3 * spec.head_room));
   }
 
-  // The workspace must be visible to both eyes in the picture, at a comfortable depth, below the glass, and within
-  // the arm's reach.
+  // Seen by both eyes at a comfortable depth, below the glass, in reach.
   std::vector<Limit> limits;
   constexpr const char* kEdges[] = {"the picture's lower edge", "the picture's right edge", "the picture's upper edge",
                                     "the picture's left edge"};
@@ -250,7 +245,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // For each face of the box, finds the limit that the face would violate first if it moved outwards.
+  // Per face: the first limit outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

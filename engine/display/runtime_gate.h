@@ -1,7 +1,5 @@
-// Supervises a thread that calls a headset's runtime. The runtime is not part of this program, and a call may take
-// seconds or never return. A second thread, the watching thread, measures the duration of the call and can abandon the
-// calling thread. An abandoned thread never executes this program's code again, so the data that it used can be
-// destroyed.
+// Watches a thread that calls a headset's runtime, which may never return. The watching thread can abandon it: it then
+// never runs this program's code again, so its data can go.
 #pragma once
 
 #include <atomic>
@@ -14,15 +12,13 @@ namespace typodont::display {
 
 class RuntimeGate {
  public:
-  // Marks the start of a call into the headset's runtime; `call` is its name. The headset's thread calls this function
-  // and the next ones.
+  // Headset's thread, as the next ones. `call`: its name.
   void enter(const char* call) noexcept {
     call_.store(call, std::memory_order_relaxed);
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Marks the end of a call into the runtime. Does not return if the watching thread abandoned this thread during the
-  /// call.
+  /// Never returns if abandoned meanwhile.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -31,18 +27,15 @@ class RuntimeGate {
     }
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// Marks that the thread has ended or that its supervision is over.
+  /// Ended, or no longer watched.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
-  // Returns the duration in s of the present call into the headset's runtime; 0 outside a call. The watching thread
-  // calls this function and the next ones.
+  // s in the present call, 0 outside. Watching thread, as the next ones.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// Returns for how many seconds the supervised thread has been executing the program's own code, since its last call
-  /// into the runtime; 0 during a call, or after done().
+  /// s of own code since the last call; 0 in a call or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// Abandons the supervised thread. Returns true if the thread is inside a call into the runtime: it will never return
-  /// from this call. Returns false if the thread is outside a call or has ended.
+  /// True: it is in a call and will never return.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

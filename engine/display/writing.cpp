@@ -21,11 +21,10 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// Lengths of the text over the picture, as multiples of half the picture's height: height of the letters, margin at the
-// picture's border, space inside a panel, radius of a panel's corners, smallest width of a panel.
+// of half the height: letters, margin, space in a panel, its corners, its least width
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
-// pixels, smallest height of the letters in a text with Chinese characters, whose strokes are closer together
+// pixels, for Chinese
 constexpr double kLeastChinese = 19;
 constexpr int kFirstChinese = 0x3000;  // smallest code of Chinese characters and punctuation
 constexpr std::string_view kGap = "   ";
@@ -36,12 +35,12 @@ const font::Glyph* glyph(int code) {
   return at != std::end(font::kGlyphs) && at->code == code ? at : nullptr;
 }
 
-/// Decodes the UTF-8 character at byte i and moves i to the next character. Invalid bytes give '?'.
+/// UTF-8 at i, then the next; invalid: '?'.
 int next_code(std::string_view text, std::size_t& i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   int code = byte(i++);
   if (code >= 0xc0) {
-    // A character that is not ASCII has two or three bytes; dashes, for example, have three.
+    // Two or three bytes.
     const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
     const bool whole = more > 0 && i + more <= text.size();
     code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
@@ -51,7 +50,7 @@ int next_code(std::string_view text, std::size_t& i) {
   return code;
 }
 
-/// Reads the next character. Returns its glyph, or the glyph of '?' if the font lacks it.
+/// Or that of '?'.
 const font::Glyph& next(std::string_view text, std::size_t& i) {
   const font::Glyph* g = glyph(next_code(text, i));
   return g ? *g : *glyph('?');
@@ -69,7 +68,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// Breaks `text` into lines that are at most `most` wide, if possible. A line ends only where the text contains `gap`.
+/// At most `most` wide, only at `gap`.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -85,13 +84,12 @@ std::vector<std::string> broken_at(std::string_view gap, std::string_view text, 
   return lines;
 }
 
-/// Breaks `text` before Chinese characters into lines that are at most `most` wide, if possible. A run of other
-/// characters is not broken. Punctuation stays on the line of the character before it.
+/// Before Chinese characters; others stay together, punctuation with the one before.
 std::vector<std::string> broken_between_characters(std::string_view text, double most, double height) {
   constexpr std::string_view kStays = "，。：；、！？）";
   std::vector<std::string> lines(1);
   for (std::size_t i = 0; i < text.size();) {
-    // The next unbroken unit: a Chinese character with its punctuation, or a run of other characters.
+    // A Chinese character with punctuation, or a run.
     const std::size_t from = i;
     const bool chinese = next_code(text, i) >= kFirstChinese;
     for (std::size_t end = i; i < text.size(); i = end) {
@@ -129,7 +127,7 @@ std::string force_text(const Hud& hud) {
   std::replace(text.begin(), text.end(), '.', hud.words.decimal);
   return text;
 }
-/// Returns the filled fraction of the force bar. It is rounded to steps that are smaller than a pixel on most screens.
+/// In steps below a pixel.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_shown && hud.force_limit > 0
@@ -145,8 +143,7 @@ Color force_color(double fraction) {
   return {static_cast<std::uint8_t>(m.r), static_cast<std::uint8_t>(m.g), static_cast<std::uint8_t>(m.b), 255};
 }
 
-/// Converts between user coordinates (unit: half the picture's height, origin in the middle, x right, y up as the user
-/// reads) and pixels of an eye's region.
+/// Half heights from the middle, y up as read, to pixels.
 struct Map {
   ivec2 place;
   glm::dmat2 upright;
@@ -189,7 +186,7 @@ class Painter {
       const font::Glyph& g = next(text, i);
       if (g.w > 0) {
         const dvec2 lo{at.x + s * g.left, at.y - s * (g.top + g.h)}, hi{lo.x + s * g.w, lo.y + s * g.h};
-        // The atlas stores distances to the letters' edges, so that letters are sharp at every size (Green 2007).
+        // Distances: sharp at every size (Green 2007).
         fill(lo, hi, color, [&](const dvec2& p) { return distance(g, (p.x - lo.x) / s, (hi.y - p.y) / s); });
       }
       at.x += s * static_cast<double>(g.advance);
@@ -199,7 +196,7 @@ class Painter {
   Writing::Panel take() { return std::move(panel_); }
 
  private:
-  /// Returns the box of all pixels that a rectangle in user coordinates may touch.
+  /// Pixels that a rectangle may touch.
   WritingBox box_of(const dvec2& lo, const dvec2& hi, const WritingBox& within) const {
     const dvec2 a = map_.to_pixels(lo), b = map_.to_pixels(hi);
     const ivec2 from(glm::floor(glm::min(a, b))), to(glm::ceil(glm::max(a, b)));
@@ -208,8 +205,7 @@ class Painter {
     return {low, high - low};
   }
 
-  /// Returns the signed distance from the edge of a glyph, positive inside. x and y are a position in the glyph's box,
-  /// in atlas pixels.
+  /// Positive inside; x, y in atlas pixels.
   static double distance(const font::Glyph& g, double x, double y) {
     const auto at = [&](int i, int j) {
       i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
@@ -222,13 +218,11 @@ class Painter {
            0.5;
   }
 
-  /// Fills the area where `inside` is positive. `inside` is any function that increases inwards and is 0 at the edge.
-  /// The edge is one pixel wide.
+  /// Where `inside` > 0, with an edge of one pixel.
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // Evaluates `inside` at the centre of every pixel of the box, and of one more pixel on every side. The slope of
-    // `inside` is computed from the values of neighbouring pixels.
+    // Also one pixel around, for slopes.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -258,8 +252,7 @@ class Painter {
 }  // namespace
 
 std::string spindle_text(double krpm, const HudWords& words) {
-  // krpm, speeds below this are rounded to 10 rpm; implant drills and reamers are slower than this, turbines are always
-  // faster
+  // krpm, below: rounded to 10 rpm (implant drills, reamers)
   constexpr double kSlow = 10;
   const bool slow = krpm < kSlow;
   return fmt::format(fmt::runtime(slow ? words.rpm : words.krpm),
@@ -274,8 +267,7 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Returns the height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The
-/// glyph's box is higher, because it has a margin.
+/// Rows at least half inside; the box has a margin.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {
@@ -293,11 +285,11 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 up = screen.upper_left - screen.lower_left;
   const dvec3 middle = 0.5 * (screen.upper_left + screen.lower_right), sight = middle - rig.head.eye_center;
   const double distance = glm::length(sight);
-  // m, component of `up` (from the picture's lower edge to its upper edge) that is perpendicular to the line of sight
+  // m across the line of sight
   const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
   // rad, angle that half the picture's height subtends at the eye
   const double half_height = 0.5 * glm::length(seen) / distance;
-  // ratio of the height of the lower-case letter x to the height `font::kSize` of the letters
+  // height of x / `font::kSize`
   const double x_height = ink_rows(*glyph('x')) / font::kSize;
   return kLeastXHeight / (x_height * half_height);
 }
@@ -324,8 +316,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
-  // The text height is proportional to the picture's height, but never smaller than the smallest readable height. The
-  // text is never wider than the picture.
+  // By the picture's height, readable, within its width.
   const double least = has_chinese(hud.tool + speed + hud.hint) ? kLeastChinese : kLeastLetters;
   double h = std::max({kLetters, hud.least_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);

@@ -10,8 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the arc cosine of `cosine` limited to [-1, 1]. So there is no NaN if the linkage of an arm is at the end of
-/// its range or if an encoder count is wrong.
+/// Clamped: no NaN at the end of the range, or from a wrong count.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -19,8 +18,7 @@ double angle_of(double cosine) {
 struct FiveBar {
   double rho, z, lambda;
 };
-/// Computes the five-bar linkage of the Polhem arm. Motors B and C (angles t2, t3) drive two cranks, and λ is the angle
-/// of the forearm.
+/// Polhem: motors B, C (t2, t3) drive two cranks; λ: forearm.
 FiveBar five_bar(const Arm& arm, double t2, double t3) {
   const auto& L = arm.L;
   const double px = L[0] + L[1] * std::cos(t2), py = L[1] * std::sin(t2);
@@ -180,8 +178,7 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   if (arm.linkage == Arm::Linkage::kFiveBar) {
-    // The Jacobian is computed by central differences, because the closed form for the five-bar linkage is long. A step
-    // of 1e-6 rad gives nine correct digits.
+    // Central differences: nine digits at 1e-6 rad, shorter than the closed form.
     constexpr double kStep = 1e-6;
     glm::dmat3 J;
     for (int i = 0; i < 3; ++i) {
@@ -201,7 +198,7 @@ double position_step(const Arm& arm) {
   const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    // rad, rotation of the arm's body i for one count of its encoder
+    // rad per count of body i
     const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);
     sum += glm::dot(J[i], J[i]) * count * count;
   }

@@ -119,8 +119,7 @@ ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& 
   ArmCommand command;
   command.size = command_size(protocol);
   for (std::size_t i = 0; i < 3; ++i) {
-    // In a command that sets counts, the fields that otherwise contain currents contain the counts of the encoders D,
-    // E, F of the stylus.
+    // In this command, currents' fields hold the stylus counts D, E, F.
     put16(command, 1 + 2 * i, counts[3 + i]);
     put16(command, 9 + 2 * i, counts[i]);
   }

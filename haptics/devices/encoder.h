@@ -1,4 +1,4 @@
-// Extends the 16-bit counts of incremental encoders to full counts, and detects jumps.
+// 16-bit counts to full counts, with jumps detected.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,7 @@
 
 namespace typodont::haptics {
 
-/// The full count of one encoder. It is correct if the encoder turns by less than half of its 16-bit range between two
-/// reports. The encoders of the supported arms never turn by so much, even across the whole workspace of the arm.
+/// Right if it turns less than half the range between reports, which the arms never exceed.
 class Encoder {
  public:
   /// Defines that the present reading corresponds to `count`.
@@ -21,16 +20,14 @@ class Encoder {
   /// What Encoder::read16() did with a reading.
   enum class Step {
     kGood,
-    // this reading is too far from the last one, so it counts as wrong, and the count does not change
+    // too far: ignored
     kRejected,
-    // Several readings were too far away, so counts were lost. The position is wrong until the arm is
-    // homed.
+    // Counts lost: wrong until homed.
     kSlipped,
   };
-  /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
-  /// is the largest possible change between two successive readings.
+  /// `reach`: counts since the last accepted reading; `nearby`: between successive ones.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // The 16-bit difference wraps around, so it is the shorter of the two possible rotations.
+    // Wraps around: the shorter rotation.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -38,8 +35,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // Readings that are far from the last accepted one, but agree with each other, are accepted after this number in a
-  // row.
+  // agreeing far readings in a row
   static constexpr int kAcceptedAfter = 8;
 
  private:
@@ -54,8 +50,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If several readings are far from the last accepted one but agree with each other, the encoder has really jumped.
-    // Wrong reports would not agree.
+    // Wrong reports would not agree: it really jumped.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

@@ -19,18 +19,18 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-// All signals that end a process by default, except SIGKILL, which cannot be handled.
+// All that end a process, except SIGKILL.
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
 
-/// Gives signal handlers a stack of their own, because after a stack overflow they could not run on the normal stack.
+/// A stack of their own, for stack overflows.
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // nothing to do if a sanitizer or a debugger has already set a separate stack for signal handlers
+  // a sanitizer or debugger has set one
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
@@ -64,7 +64,7 @@ void install_exit_guard() {
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
       ::sigaction(kSignals[i], nullptr, &before[i]);
-      // A signal that is ignored does not end the program, so it needs no handler.
+      // Ignored signals do not end the program.
       if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }
@@ -96,9 +96,8 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // Sends zero force a second time after a pause, because a servo thread may just have been sending a force. In the
-    // pause, the servo thread finishes its write, sees the flag that forbids force, and sends zero force itself. If it
-    // is interrupted and cannot do so, the second zero force replaces the force that it sent.
+    // Again after a pause: the servo may have been sending; it then sees the flag and sends zero itself, or this
+    // replaces its force.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

@@ -1,4 +1,4 @@
-// Links over file descriptors (serial ports, TCP), and locks that prevent other programs from using a device.
+// Serial ports, TCP, and locks against other programs.
 #pragma once
 
 #include <filesystem>
@@ -23,20 +23,17 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// Opens a device node for reading and writing. While it is open, it is locked against other programs (flock). Throws
-/// an Error that names the node and the reason: it is missing, permission is missing (with the command that grants it),
-/// or another program uses the node.
+/// Locked by flock. Throws Error with node and reason: missing, no permission (with the remedy), in use.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// Locks a device that has no node of its own, for example a device behind a service. Only one program on this computer
-/// can have the lock `name` at a time. The lock ends when the descriptor is closed. Throws an Error that names `where`.
+/// For devices without a node; one program per `name`, until closed. Throws Error with `where`.
 Descriptor claim(const std::string& name, const std::string& where);
 
 /// Opens a serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// Connects to a TCP server, for protocols that send each message with one write(). Throws Error if no server listens.
+/// Messages of one write() each. Throws Error.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
-/// Makes a link of an open stream descriptor (a pseudo-terminal or a socket), and takes ownership of the descriptor.
+/// Takes ownership of a stream (pseudo-terminal, socket).
 std::unique_ptr<Link> link_over(Descriptor fd);
 
 /// The command that grants access to devices, for error messages.

@@ -1,4 +1,4 @@
-// Driver for the Inverse3 (Haply), which is accessed through its local WebSocket service.
+// Inverse3 (Haply) through its WebSocket service.
 #pragma once
 
 #include <array>
@@ -18,12 +18,10 @@ struct HaplyState {
   dquat orientation{1, 0, 0, 0};  // orientation of the handle (Verse Grip), if one is connected
   bool button = false;
 };
-/// Parses one message of the service. Returns no value if the message is invalid or is of another kind. Never
-/// allocates.
+/// Empty: invalid or another kind. Never allocates.
 std::optional<HaplyState> parse_haply(std::string_view message) noexcept;
 
-/// Makes the hand. `link` must be connected to the service, and `claimed` is the lock of the device, which is kept
-/// until the hand is destroyed. Throws Error if the service does not report a device.
+/// `link`: connected; `claimed`: the device's lock. Throws Error if no device reports.
 std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
                                          Descriptor claimed = {});
 

@@ -1,5 +1,4 @@
-// Accesses HID devices through the library hidapi. A build without hidapi finds no devices, and opening a device throws
-// an Error that states this.
+// HID through hidapi; without it, no devices, and Error on opening.
 #pragma once
 
 #include <cstdint>
@@ -21,12 +20,11 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// Lists the connected devices, also those that this user may not open. Not for the servo thread.
+/// Also without permission. Not on the servo thread.
 std::vector<HidNode> enumerate_hid();
-/// Opens a device node and locks it against other programs. Throws Error.
+/// Locked. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);
-/// Reads the report descriptor of a hidraw node from the folder `sysfs`, because hidapi 0.13 has no function for it.
-/// Returns an empty vector if there is none.
+/// Of a hidraw node in `sysfs` (hidapi 0.13 cannot); empty: none.
 std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs = "/sys");
 
 }  // namespace typodont::haptics

@@ -33,7 +33,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
   std::vector<std::uint32_t> usages;
   std::uint32_t usage_minimum = 0, usage_maximum = 0;
   bool has_range = false;
-  std::vector<std::uint32_t> next_bit(256, 0);  // for each report id: bit position of the next field in the report
+  std::vector<std::uint32_t> next_bit(256, 0);  // next bit per report id
 
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t head = descriptor[at];
@@ -95,7 +95,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
           } else if (!usages.empty()) {
             usage = usages[std::min<std::size_t>(i, usages.size() - 1)];
           }
-          // If the minimum is not negative, the maximum is an unsigned number even if it looks negative (0xff is 255).
+          // With a minimum ≥ 0, the maximum is unsigned (0xff is 255).
           const std::int32_t maximum = now.minimum >= 0 ? static_cast<std::int32_t>(now.maximum_raw & 0x7fffffff)
                                                         : sign_extend(now.maximum_raw, now.maximum_bytes);
           fields.push_back({usage, now.report_id, bit + i * now.size, now.size, now.minimum, maximum});
@@ -106,7 +106,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x90:
       case 0xb0:
       case 0xa0:
-      case 0xc0:  // after the items Output, Feature, Collection and End, the local items are reset
+      case 0xc0:  // Output, Feature, Collection and End reset local items
         usages.clear();
         has_range = false;
         usage_minimum = usage_maximum = 0;

@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Converts a text that a device reports, for use in messages. Characters outside ASCII become '?'.
+/// For messages; '?' beyond ASCII.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-// hidapi may be used by only one thread at a time, but devices are also reopened on other threads
+// hidapi: one thread at a time, but reopeners exist
 std::mutex hidapi_mutex;
 
 struct Closer {
@@ -33,7 +33,7 @@ class HidLink : public Link {
   HidLink(Descriptor own, hid_device* device) : own_(std::move(own)), device_(device) {}
 
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    // `whole`: ms, because hidapi can only wait for whole milliseconds; `rest`: ns
+    // hidapi waits whole ms; `rest`: ns
     const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;
     int n = hid_read_timeout(device_.get(), buffer.data(), buffer.size(), static_cast<int>(whole));
     if (n == 0 && rest > 0) {
@@ -43,8 +43,7 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Writes through a second descriptor of the same node, because hid_write() would allocate memory for an error text.
-  // The watchdog may call this function while the servo is in hid_read_timeout(), and signal handlers may call it.
+  // Second descriptor: hid_write() allocates. Watchdog and signal handlers may call it.
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

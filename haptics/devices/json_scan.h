@@ -1,4 +1,4 @@
-// Reads a few numbers from JSON text in a real-time loop. It builds no tree, never allocates, and accepts any input.
+// A few numbers from JSON in real time: no tree, no allocation, any input.
 #pragma once
 
 #include <array>
@@ -9,8 +9,7 @@
 
 namespace typodont::haptics {
 
-/// The text of one JSON value inside a larger text. All functions return no value if the requested value is missing or
-/// malformed.
+/// One value in a text; empty: missing or malformed.
 class JsonText {
  public:
   explicit JsonText(std::string_view text) : text_(text) {}

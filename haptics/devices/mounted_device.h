@@ -1,5 +1,4 @@
-// Converts between the frame of a device's base and the workbench frame W: poses from the base to W, and forces from W
-// to the base.
+// Poses from a device's base to W, forces back.
 #pragma once
 
 #include <memory>
@@ -8,8 +7,7 @@
 
 namespace typodont::haptics {
 
-/// Wraps a device, which uses its own base frame, in a device that uses the workbench frame W. X_WH is the pose of the
-/// device's base in the workbench, and X_ST the pose of the tool's head relative to the stylus.
+/// `X_WH`: base in W; `X_ST`: head in the stylus.
 std::unique_ptr<HapticDevice> mount(std::unique_ptr<HapticDevice> device, const Pose& X_WH, const Pose& X_ST);
 
 }  // namespace typodont::haptics

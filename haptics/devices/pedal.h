@@ -1,4 +1,4 @@
-// Foot pedals with HID: switches and rheostats that start the drill and control its speed.
+// HID foot pedals: switches and rheostats.
 #pragma once
 
 #include <functional>
@@ -18,20 +18,19 @@ namespace typodont::haptics {
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
   HidField axis;            // the axis of a rheostat; valid only if `type` is kAxis
-  double dead_band = 0.04;  // width of the dead band at each end of the axis, as a fraction of the axis's range
+  double dead_band = 0.04;  // at each end, of the axis
 };
-/// Recognises a known foot switch by its vendor and product numbers, or a rheostat by its report descriptor. Returns no
-/// value for other devices.
+/// A known switch, or a rheostat by its descriptor; empty: neither.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
-/// Returns the pedal's value, from 0 (released) to 1, or no value if the report does not contain it.
+/// 0 to 1; empty: not in this report.
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report);
 
 /// An open pedal. After set-up, only the servo thread uses it.
 class Pedal {
  public:
   Pedal(std::unique_ptr<Link> link, PedalKind kind) : link_(std::move(link)), kind_(kind) {}
-  /// Returns the newest value, from 0 (released) to 1, without waiting. It is 0 if the pedal is disconnected.
+  /// Newest, without waiting; 0 if gone.
   double value() noexcept;
   bool lost() const noexcept { return lost_; }
 
@@ -43,11 +42,9 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// Opens a pedal. If `which` is "auto" or "", it opens the first pedal that can be opened, or returns null. Otherwise
-/// `which` is a path or a serial number. Throws Error.
+/// "auto" or "": first that opens, or null; else path or serial number. Throws Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
-/// Combines a hand with a foot pedal. The pedal value of the result is the larger one of the foot pedal's value and the
-/// hand's own button. `open_again` reopens a pedal that was disconnected; if it is empty, the pedal stays disconnected.
+/// The larger of foot and hand. `open_again` reopens; empty: it stays gone.
 std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
                                          std::function<std::unique_ptr<Pedal>()> open_again = {});
 

@@ -11,8 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Largest motion, in m, of an arm that counts as resting. It is a few encoder counts; a hand that holds the arm
-// trembles more.
+// m, a resting arm; hands tremble more
 constexpr double kStill = 1e-4;
 
 }  // namespace
@@ -28,7 +27,7 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
   if (!options_.sleep_until) options_.sleep_until = [](Nanos t) { typodont::sleep_until(t); };
 }
 
-/// Opens the device on the thread of the reopener. Throws while the device is missing.
+/// On the reopener's thread. Throws while missing.
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
@@ -36,9 +35,7 @@ std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
     throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;
-  // The encoders count from the pose in which the device was opened. So this pose must be the home position, in which
-  // the device rests. If a hand holds the device, the hand moves it by more than kStill, and the device is not
-  // accepted.
+  // Encoders count from here, so it must rest in its home position; a hand moves more than kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;
@@ -72,7 +69,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
     due_ = options_.clock();
     reopener_.want(std::move(device_));
   }
-  // While the device is disconnected, the time continues, and the hand stays at its last pose.
+  // Time goes on, the hand stays.
   due_ += from_seconds(1 / info_.rate);
   options_.sleep_until(due_);
   faults_ = bits(Fault::kDeviceLost);

@@ -1,7 +1,5 @@
-// A hand that may be disconnected and connected again during a session. While it is disconnected, samples continue at
-// its rate. They contain the last pose, a released pedal and Fault::kDeviceLost. A reconnected device is opened by
-// open_hand() like the first one, so its safety layer gives no force until the hand is free of contact. The time of the
-// samples counts from the first sample and continues while the device is disconnected.
+// A hand that may be unplugged and return. Meanwhile: last pose, released pedal, Fault::kDeviceLost. It returns through
+// open_hand(), so no force until free of contact. Time goes on.
 #pragma once
 
 #include <functional>
@@ -18,10 +16,10 @@ class ReconnectingDevice : public HapticDevice {
     std::function<Nanos()> clock;            // returns the present time; if empty, now() is used
     std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, sleep_until() is used
     std::chrono::milliseconds retry{500};
-    // Time in ns for which a device must rest when it is opened, if its encoders count from the rest position.
+    // ns of rest before encoders that count from there
     Nanos rest = 2 * kNanosPerSecond;
   };
-  /// `open` opens the device again. It throws while the device is missing.
+  /// `open` throws while it is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
                      Options options);
 
@@ -34,7 +32,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Only the servo thread calls this function. Other threads and signal handlers call the inner safety layer directly.
+  /// Servo thread; others call the inner safety layer.
   void release() noexcept override {
     if (device_) device_->release();
   }

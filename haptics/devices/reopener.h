@@ -1,4 +1,4 @@
-// Reopens a lost device on a separate thread, because the servo thread must not wait or allocate memory.
+// Reopens a lost device on a thread: the servo must not wait or allocate.
 #pragma once
 
 #include <atomic>
@@ -11,13 +11,11 @@
 
 namespace typodont::haptics {
 
-/// Reopens an object of type T. One thread (the servo) uses it: it passes the lost object to want() and then calls
-/// take() until this returns a new object.
+/// One thread: want() with the lost object, then take() until it is back.
 template <class T>
 class Reopener {
  public:
-  /// `open` opens the object again. It returns null or throws while the device is missing, and is called twice per
-  /// second.
+  /// `open`: null or throws while missing; twice per second.
   explicit Reopener(std::function<std::unique_ptr<T>()> open,
                     std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
@@ -32,10 +30,9 @@ class Reopener {
   Reopener(const Reopener&) = delete;
   Reopener& operator=(const Reopener&) = delete;
 
-  /// Takes ownership of the lost object and requests a new one. The other thread closes the lost object, because
-  /// closing may block. Never blocks, never allocates.
+  /// Closed by the other thread, because closing may block. Never blocks or allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    // Normally there is nothing to delete, because want() is called again only after take() has returned an object.
+    // Normally nothing: want() follows take().
     delete dead_.exchange(dead.release());
     wanted_.store(true);
     wake_.notify_all();  // even if the thread misses this notification, it checks regularly

@@ -14,15 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-// s, longest plausible time between two samples of the device. A longer time means that the clock has jumped or that
-// the loop did not run.
+// s between samples; more: clock jump or stopped loop
 constexpr double kLongestGap = 0.1;
-constexpr double kNoise = 5e-4;             // m, largest motion of a resting hand between two samples, caused by noise
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks of the watchdog while there is no force
+constexpr double kNoise = 5e-4;             // m, noise of a resting hand
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns, watchdog without force
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // if true, devices that are opened later must not give any force
+std::atomic<bool> all_stopped{false};  // later devices give no force, either
 
 }  // namespace
 
@@ -47,11 +46,11 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     install_exit_guard();
     if (options_.watchdog_thread) {
       watchdog_ = std::thread([this] {
-        // The thread has a higher priority than the servo, but sleeps nearly all the time.
+        // Above the servo, but asleep.
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // A jump of the clock can make the computed time too long. So the sleep is never longer than planned.
+          // A clock jump must not lengthen the sleep.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -105,16 +104,14 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // The servo may have sent a force just after the watchdog's zero force, and this force would remain. So the watchdog
-  // sends zero force again and again, until the servo has noticed the fault.
+  // Again and again: the servo may have sent a force after the watchdog's zero.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // If the last write seems to lie in the future, the clock was set back. This is treated like a long time without a
-  // write.
+  // A write in the future: the clock was set back; as a long silence.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -187,12 +184,11 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // Stores the time before the force is sent. If this thread is stopped after that, the watchdog already knows of the
-  // force, and can replace it by zero force.
+  // First the time: if stopped now, the watchdog already knows.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  // the watchdog may have sent zero force before this force, so zero force is sent again
+  // the watchdog's zero may precede this force
   if (tripped_.load() || forces_forbidden()) device_->release();
 }
 
@@ -211,14 +207,13 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // Enables the force when the hand has been free of contact for the required time.
+  // After the required time free of contact.
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, part of the time since the last sample that counts as time without contact. If this time is longer than two
-    // sample periods, samples are missing, and the motion of the hand in the rest of the time is unknown.
+    // s that count; beyond two periods, samples are missing
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
@@ -233,8 +228,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
     gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
   }
 
-  // Applies the limits of peak force, heat and slew rate. Each limit only makes the force smaller, so their order does
-  // not matter for safety.
+  // Each only reduces: the order does not matter.
   dvec3 f = f_T_W;
   dvec3 tau = tau_T_W;
   if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {
@@ -253,7 +247,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  // s; a late tick has a long dt_. The limit of 5 ms prevents a large step of the force after it.
+  // s; at most 5 ms, against a step after a late tick
   const double dt = std::min(dt_, 5e-3);
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {

@@ -1,13 +1,13 @@
-// The safety layer between the servo and every device with motors. On every fault it sends zero force.
+// Between the servo and every device with motors; zero force on every fault.
 //
 //   servo ─ write ─▶ finite? armed? ─▶ limits (peak, heat, slew, ramp)   ─▶ device
 //                        ▲                                                    ▲
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
-// After a fault ("trip"), zero force is sent at once. The force returns only after the hand was free of contact for a
-// while (the servo then requests no force), and it rises slowly. The drill stays off until the force returns and the
-// pedal has been released once.
+// After a trip: zero at once. The force returns slowly after a while free of contact (the servo asks for none); the
+// drill
+// when the pedal was released once, too.
 #pragma once
 
 #include <atomic>
@@ -27,8 +27,7 @@ class SafeDevice : public HapticDevice {
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
     std::function<Nanos()> clock;  // returns the present time; if empty, now() is used
   };
-  /// Returns the options of a device: the limits that the device states. Also installs the exit guards
-  /// (device_safety.h).
+  /// The device's limits. Installs the exit guards (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -49,23 +48,20 @@ class SafeDevice : public HapticDevice {
 
   // The following functions are for any thread.
   void release() noexcept override;
-  /// Performs the emergency stop: the force falls to zero within 15 ms. Force and drill then stay off until the
-  /// emergency stop is cleared.
+  /// Zero within 15 ms; force and drill stay off until cleared.
   void emergency_stop() noexcept { emergency_.store(true); }
   void clear_emergency() noexcept { emergency_.store(false); }
   /// Returns all events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// Checks at time t whether the servo still writes. Returns the time of the next check. The watchdog thread or a test
-  /// calls this function.
+  /// Does the servo write at t? Returns the next check. Watchdog thread, or a test.
   Nanos watch(Nanos t) noexcept;
 
  private:
   void disarm(SafetyEvent event) noexcept;
   void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
-  /// Disarms the device if the servo was late. The function checks two things: whether the watchdog has noticed the
-  /// delay, and, because the watchdog may have been delayed as well, the time t itself. Both read() and write() call
-  /// this function. Without the call in read(), a delay before read() would be reported as a fault of the clock.
+  /// Disarms a late servo, by the watchdog and, if that is late too, by t. Also from read(), or the delay would look
+  /// like a clock fault.
   void notice_delay(Nanos t) noexcept;
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;
@@ -97,7 +93,7 @@ class SafeDevice : public HapticDevice {
   std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
   std::atomic<bool> force_out_{false};  // true if the device may be applying a force
-  std::atomic<bool> tripped_{false};    // true if the watchdog sent zero force and the servo has not yet noticed it
+  std::atomic<bool> tripped_{false};    // the watchdog sent zero force, and the servo does not know yet
   std::atomic<Nanos> last_write_{0};
   std::atomic<bool> ending_{false};
   std::thread watchdog_;

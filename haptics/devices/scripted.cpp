@@ -17,8 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the index of a tool from its name or number, or NaN if no tool matches. If there are no names, any number is
-/// accepted.
+/// By name or number; NaN: none. Without names, any number.
 double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
   const auto named = std::find(tools.begin(), tools.end(), cell);
   if (named != tools.end()) return static_cast<double>(named - tools.begin());
@@ -91,7 +90,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 
 namespace {
 
-/// The clock of a scripted hand. Sample i is due at the time i / rate.
+/// Sample i at i / rate.
 class Ticker {
  public:
   Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
@@ -133,7 +132,7 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// Returns the file of the path that HAND.json names. The name is relative to the folder of HAND.json.
+/// Relative to HAND.json.
 std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
   const std::filesystem::path path = json["path"].string();
   return path.is_relative() ? file.parent_path() / path : path;
@@ -155,10 +154,8 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Divides each sample interval into four steps. The spring to the path is integrated implicitly, so the
-      // simulation is stable for every stiffness and rate. The displacement is computed from the mean of the old and
-      // the new velocity, which is exact for a constant force. So a simulated hand at a stiff wall becomes unstable at
-      // the stiffness that theory predicts.
+      // Four implicit steps, stable for any stiffness and rate; displacement by the mean velocity, exact for constant
+      // force. So a stiff wall becomes unstable where theory says.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

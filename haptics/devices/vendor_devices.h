@@ -1,6 +1,5 @@
-// Lists devices that need the library of a vendor. Such a device can be described only while it is open. So each device
-// is opened briefly, one after the other, and its description is stored. While this process uses a device of a library,
-// no device of this library is opened; the device in use reports its own description.
+// Devices of a vendor's library, described only while open: each is opened briefly, never beside one in use, which
+// describes itself.
 #pragma once
 
 #include <functional>
@@ -15,12 +14,11 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If the result of `ask` states a failure, the list states for this device that
-  /// access is not permitted, and the next call of list() asks again. If `ask` throws an exception, so does list().
+  /// `plain`: known without opening; `ask` opens device i, describes and closes it; a failure is asked again next time;
+  /// exceptions pass.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
-  /// An object of this class exists while this process has a device of the library open.
+  /// While this process has one open.
   class Use {
    public:
     explicit Use(VendorDevices& devices);
@@ -37,8 +35,7 @@ class VendorDevices {
  private:
   std::mutex mutex_;
   int in_use_ = 0;
-  // Number of devices at the last search. If the number has changed, an address may now belong to another device, so
-  // the stored descriptions are not valid any more.
+  // at the last search; a change makes descriptions invalid
   std::size_t plugged_in_ = 0;
   std::map<std::string, FoundDevice> known_;  // descriptions of the known devices by address
 };

@@ -19,8 +19,7 @@ VendorLibrary::VendorLibrary(std::initializer_list<const char*> names, const std
   throw Error(tried, "", "not installed", what_to_install);
 }
 
-// The destructor does not close the library, because libraries of vendors start threads that continue to run after the
-// last handle was closed.
+// Not closed: vendors' threads run on.
 VendorLibrary::~VendorLibrary() = default;
 
 bool VendorLibrary::present(std::initializer_list<const char*> names) {

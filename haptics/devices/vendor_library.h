@@ -1,4 +1,4 @@
-// A library of a vendor that is loaded at run time if the user has installed it. It is never linked or shipped.
+// Loaded at run time if installed; never linked or shipped.
 #pragma once
 
 #include <initializer_list>
@@ -8,8 +8,7 @@ namespace typodont::haptics {
 
 class VendorLibrary {
  public:
-  /// Opens the first library in the list `names` that exists. If there is none, throws an Error that states what to
-  /// install.
+  /// First of `names` that exists; else Error with what to install.
   VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install);
   VendorLibrary(const VendorLibrary&) = delete;
   VendorLibrary& operator=(const VendorLibrary&) = delete;

@@ -2,7 +2,7 @@
 
 namespace typodont {
 
-/// Packs the three indices into 21 bits each. No volume that fits into memory has larger indices.
+/// 21 bits per index: enough for any volume in memory.
 std::uint64_t brick_number(const glm::ivec3& key) {
   const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
   return part(key.x) << 42 | part(key.y) << 21 | part(key.z);

@@ -1,5 +1,4 @@
-// Makes triangle meshes of bodies that are described by functions of a position in frame W. Uses the mesher of the
-// tissue. Used for bodies that are only drawn, for example neighbouring teeth.
+// Meshes of bodies given by functions in W, by the tissue's mesher. For bodies that are only drawn.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +11,11 @@
 
 namespace typodont {
 
-/// Replaces the normal of each vertex by the gradient of the distance function. Reason: the mesher treats each bend
-/// between two large triangles as a crease (a sharp edge), so a coarse mesh would look faceted. At a real crease, the
-/// mesher's normal is kept. `lo`: m, frame W, origin of the vertices. `step`: m; each component of the gradient is the
-/// difference of the distances at +step and -step from the vertex.
+/// Normals from the distance function: the mesher takes bends of a coarse mesh for creases. At real creases its normals
+/// stay. `lo`: m, W, origin of the vertices; `step`: m, of central differences.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  /// The vertex lies at a crease if the cosine of the angle between two directions is smaller than this. The directions
-  /// are the normal that the mesher computed, and the gradient of the distance function.
+  /// cosine between mesher's normal and gradient, below which the vertex is at a crease
   constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
@@ -38,24 +34,21 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-constexpr double kSteepest = 1.5;  // m per m, largest allowed slope of the distance function of a body that is meshed
+constexpr double kSteepest = 1.5;  // m per m, slope of a body's distance function
 
-/// Meshes the box from `lo` to `hi` (m, frame W). Vertices are relative to `lo`. `distance(p)`: m, negative inside,
-/// with a slope of at most kSteepest. `label(p)`: the tissue at p, called only near the surface. `tolerances`: voxels,
-/// largest error of each mesh; one mesh is made for each tolerance. `wanted(lo, hi)`: false for a box that is not
-/// meshed.
+/// Box `lo` to `hi` (m, W), vertices relative to `lo`. `distance(p)`: m, negative inside, slope up to kSteepest;
+/// `label(p)`: near the surface only; one mesh per entry of `tolerances` (voxels); `wanted(lo, hi)`: false for boxes to
+/// skip.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // The bodies that are meshed here are round, so their meshes must have no creases (sharp edges). The mesher searches
-  // for creases only where the slope of the distance field is 1. So the field is multiplied by kFlat, which keeps its
-  // slope below 1 everywhere.
+  // Round bodies need no creases. The mesher looks for them only at slope 1, so the field is flattened by kFlat.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// number of samples per axis; the cells of all bricks need one sample before the first cell, and two after the last
+  /// one sample before the first cell, two after the last
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
@@ -67,8 +60,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // The samples are computed in blocks. A block is computed when one of its samples is first needed. If the block is
-  // far from the surface, all its samples get the same value.
+  // Blocks are computed when first needed; far from the surface, one value fills them.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];

@@ -1,5 +1,4 @@
-// Makes the flat face that is visible where a plane cuts a solid. The face is coloured by the tissues inside. The solid
-// is described by functions of a position in frame W. Used for the tooth, its neighbours and the gum.
+// The flat face where a plane cuts a solid, coloured by its tissues. Functions of a position in W.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +12,15 @@
 
 namespace typodont {
 
-/// A cutting plane. The side with normal · p > offset is kept; the face is visible from the other side.
+/// normal · p > offset is kept; the face is seen from the other side.
 struct CutPlane {
   dvec3 normal;
   double offset;  // m, distance of the plane from the origin along its normal
-  // m, depth of the face inside the kept side; without it, clipping at the plane would remove the face. The depth must
-  // be small: where an inner surface meets the face at a right angle, a strip of this surface is visible in front of
-  // the face. The strip is as wide as this depth.
+  // m inside the kept side, or clipping would remove the face; an inner surface shows a strip of this width
   double within = 0.2e-6;
 };
 
-/// Returns the tissue with the largest fraction. Air and the tissue `except` are ignored. Returns air if no other
-/// tissue is present.
+/// Largest fraction, without air and `except`; air if there is none.
 inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
   for (std::size_t t = 1; t < fractions.size(); ++t)
@@ -32,18 +28,16 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
   return best;
 }
 
-/// Meshes the face within the box from `lo` to `hi` (m, frame W), in cells of `step` (m). Vertices are relative to
-/// `origin`. `distance(p)`: m, negative inside; `fractions(p)`: fraction of each tissue around p, used inside the face
-/// and near its outline.
+/// Box `lo` to `hi` (m, W), cells of `step` (m), vertices relative to `origin`. `distance(p)`: m, negative inside;
+/// `fractions(p)`: tissues around p.
 template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Fractions&& fractions) {
-  /// The face is divided into pieces of this number of cells per side. So the vertex indices of a piece fit into the
-  /// index type, and the renderer can skip hidden pieces.
+  /// Cells per side of a piece: indices fit, and hidden pieces are skipped.
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
-  const dvec3 v = glm::cross(n, u);  // the second axis in the plane, so that u × v = n
+  const dvec3 v = glm::cross(n, u);  // u × v = n
   // Finds the rectangle of the plane that lies within the box.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
@@ -80,9 +74,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The part of the cell inside the tissue is a polygon. The polygon has two kinds of corners: corners of the
-          // cell that lie in the tissue, and points where the tissue's outline crosses an edge of the cell. They are
-          // stored in their order around the cell.
+          // Corners in the tissue and crossings of its outline, in order around the cell.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -110,8 +102,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // The viewer looks along the plane's normal. So the order of each triangle's corners is reversed; then the
-          // front of the triangles faces the viewer.
+          // The viewer looks along the normal: reversed corners face him.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

@@ -1,4 +1,4 @@
-// Splits long edges of a mesh, because light and displacements are interpolated between the vertices.
+// Splits long edges: light and displacement are interpolated between vertices.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +24,8 @@ inline render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b
   return m;
 }
 
-/// Splits each edge for which `splits(a, b)` is true into two halves. Returns false if there is none. If `splits`
-/// depends only on the two vertices, triangles that share an edge split it in the same way, even in different bricks
-/// (mesh blocks). So no cracks appear.
+/// Halves each edge with `splits(a, b)`; false: none. If `splits` depends only on both vertices, no cracks appear, also
+/// between bricks.
 template <class Splits>
 bool split_edges(render::MeshUpdate& mesh, Splits&& splits) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -42,14 +41,13 @@ bool split_edges(render::MeshUpdate& mesh, Splits&& splits) {
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
-    // m[i]: index of the vertex in the middle of the edge after corner i; negative if this edge is not split
+    // vertex in the middle of the edge after corner i; negative: not split
     std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};
     const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
     };
     const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
-    // Rotates the order of the triangle's corners until its first edge is split and its last edge is not. If all three
-    // edges are split, the order is kept.
+    // First edge split, last one not (unless all are).
     for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
       std::rotate(c.begin(), c.begin() + 1, c.end());
       std::rotate(m.begin(), m.begin() + 1, m.end());

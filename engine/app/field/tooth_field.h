@@ -1,5 +1,4 @@
-// A copy of a whole volume as plain arrays. It can be sampled at any point. Used for pictures; built before a session,
-// or when a view is requested.
+// A whole volume as arrays, sampled anywhere. For pictures, before a session or on request.
 #pragma once
 
 #include <array>
@@ -12,24 +11,20 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Copies the volume, which stores distances only in a band around the surface. Outside the tissue, distances up to
-  /// `reach` (m) beyond this band are computed, with an error of a few percent.
+  /// Outside the tissue, distances up to `reach` (m) beyond the band are added, within a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Returns the lower corner (m, frame W) of the box that contains the surface and all distances that the volume
-  /// stores.
+  /// m, W: box of the surface and all stored distances.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// Returns the signed distance from the position to the surface, m, negative inside. It is interpolated linearly
-  /// between samples. If no surface is near, returns the largest computed distance.
+  /// m, negative inside, linear; the largest computed one if no surface is near.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Returns the tissue directly below the surface point that is nearest to the position.
+  /// Just below the nearest surface point.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// Returns the fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a
-  /// cubic B-spline.
+  /// 0..1 by tissue: labels weighted by a cubic B-spline.
   std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:

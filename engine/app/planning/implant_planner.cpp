@@ -19,25 +19,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kNearTooth = 10e-3;    // m, distance from the implant within which the planner searches for teeth
+constexpr double kNearTooth = 10e-3;    // m from the implant, search for teeth
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
-// m, smallest distance between the points at which the planner searches for teeth
+// m between searched points
 constexpr double kToothStep = 0.25e-3;
-// m; a plan contains the part of the nerve canal that is nearer to the implant than this
+// m from the implant, part of the canal in a plan
 constexpr double kCanalReach = 25e-3;
-// m, distance between the implant positions that the planner tries for a proposal
+// m between tried positions
 constexpr double kGrid = 1e-3;
-constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed implant's upper end below the jaw's ridge
-constexpr double kRidge = 10e-3;        // m, radius of the region in which the direction of the arch is estimated
-constexpr double kOutline = 0.8;        // pixels, half the width of the outlines of implant and canals in a section
+constexpr double kBelowCrest = 0.5e-3;  // m, platform of a proposal below the ridge
+constexpr double kRidge = 10e-3;        // m, region that gives the arch's direction
+constexpr double kOutline = 0.8;        // pixels, half width of outlines
 
-/// Returns the distance (m) between the surfaces of a nerve canal and of the planned implant.
+/// m between canal and implant.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
   return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
 
-/// Loads the scene's tissue without checking the scene's plan. An invalid plan must not cause an error here, because
-/// the user will replace it.
+/// Unchecked: the user will replace an invalid plan.
 haptics::TissueVolume tissue_of(Scene scene) {
   scene.implant.reset();
   haptics::TissueVolume volume = load_tissue(scene);
@@ -187,8 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // The position with the larger fraction of the implant's surface in bone is better. If both fractions are equal,
-      // the distances to canal and teeth decide.
+      // More surface in bone is better; ties go by canal and teeth.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =
@@ -212,8 +210,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  // rad, angle between the axis u and the direction in which the bone extends farthest (main axis of the bone's
-  // cross-section)
+  // rad from u to the main axis of the bone's section
   const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;
@@ -222,8 +219,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
 PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
   const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  // The section perpendicular to the implant lies half a millimetre below the implant's upper end, so that it
-  // intersects bone.
+  // Half a millimetre below the platform, so that it meets bone.
   const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
   return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
           SectionPlane{level, along, across, width, width}};

@@ -35,8 +35,7 @@ nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegio
     return nlohmann::ordered_json{mm.x, mm.y, mm.z};
   };
   for (const haptics::ImportRegion& box : boxes) {
-    // m, distance by which each face of the box is moved outward, so that the box contains the voxels at the tissue's
-    // surface
+    // m, so that the box holds the surface's voxels
     constexpr double kWider = 0.05e-3;
     task["protect"].push_back(
         {{"box", {{"center_mm", in_mm(0.5 * (box.lo + box.hi))}, {"size_mm", in_mm(box.hi - box.lo + 2 * kWider)}}}});

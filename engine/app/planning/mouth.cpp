@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-/// The surface of a scan, with its distance field if there is a bite scan.
+/// With a distance field if there is a bite.
 struct Jaw {
   std::string name;
   haptics::IntraoralScan scan;
@@ -32,15 +32,13 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
   return sum;
 }
 
-/// Registers the bite scan to every jaw, in two rounds. Each point of the bite scan is assigned to the jaw whose
-/// surface is nearest. In the second round, the points are assigned again, with the poses that the first round found.
+/// Each point to the nearest jaw, in two rounds.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
-  // m, for the first and the second round of the registration: points farther than this from every jaw are not used
+  // m from every jaw per round; farther points are unused
   constexpr double kReach[] = {2.5e-3, 1e-3};
-  // The registration is refused if less than this fraction of the points near a jaw agrees with this jaw. The limit is
-  // lower than for a scan of a single jaw, because some points near a jaw belong to the teeth of the other jaw.
+  // of the points near a jaw that must agree; some belong to the other jaw's teeth
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
@@ -101,7 +99,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    // m, voxel size of a scan's distance field, and largest stored distance
+    // m: voxel, reach
     constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {

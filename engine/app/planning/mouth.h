@@ -1,5 +1,4 @@
-// Several intraoral scans of one mouth (upper jaw, lower jaw, bite) as one tissue. Frame W is the frame of the first
-// scan, frame K that of another scan, and frame B that of the bite scan. Not for the servo thread. Throws Error.
+// Scans of one mouth as one tissue. W: first scan, K: another, B: bite. Not on the servo thread. Throws Error.
 #pragma once
 
 #include <filesystem>
@@ -14,41 +13,37 @@ namespace typodont {
 
 struct MouthFiles {
   std::vector<std::filesystem::path> scans;   // the first scan is the one that is drilled
-  std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans while the jaws are closed
-  // m, opening of the mouth: the scans of the opposite jaw are moved away from the first scan by this distance, so that
-  // an instrument fits between the jaws
+  std::optional<std::filesystem::path> bite;  // teeth of all scans, jaws closed
+  // m, moves the opposite jaw away for an instrument
   double open = 0;
 };
 
 /// Registration of the bite scan to one of the scans.
 struct BiteFit {
-  double median = 0, most_of = 0;  // m: 50 % and 95 % quantile of the distances between the two surfaces
-  double predicted_error = 0;      // m, rms error at the agreeing points, as the covariance predicts it
+  double median = 0, most_of = 0;  // m between both surfaces
+  double predicted_error = 0;      // m, rms by the covariance
   double area = 0;                 // m², area of the bite scan that agrees with the scan
 };
 
 struct MouthScan {
   Pose X_WK;
   double moved = 0;            // m, displacement of this scan's middle by the bite registration
-  std::optional<BiteFit> fit;  // registration of the bite scan to this scan; empty if there is no bite scan
+  std::optional<BiteFit> fit;  // of the bite to this scan; empty: no bite
 };
 
 struct ImportedMouth {
   haptics::Imported imported;
   std::vector<MouthScan> scans;
-  // unit vector in frame W, from the border of the first scan to this scan's teeth; zero if the direction is unknown
+  // W, from the first scan's border to its teeth; zero: unknown
   dvec3 up{0};
-  dvec3 top{0};  // m, the highest point of the first scan along `up`, in frame W
+  dvec3 top{0};  // m, W, along `up`
 };
 
-/// Imports the scans with `options` and joins them in one volume. Without a bite scan, the files share one frame. With
-/// a bite scan, the frames of all files must agree within about 2 mm; the bite scan is registered to every scan, which
-/// gives the poses of all scans relative to the first one. A scan whose registration cannot be trusted is refused.
-/// `options.preset` must be kArch if there is a bite scan or an opening.
+/// One volume. Without a bite, one frame for all files; with it, frames within about 2 mm, and the bite is registered
+/// to each scan. Doubtful ones are refused. Bite and opening need kArch.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 
-/// Returns the files of a mouth for meshes whose roles the user has not stated: a file whose name contains "bite" is
-/// the bite scan. Throws Error if there are several such files.
+/// A name with "bite" is the bite. Throws Error for several.
 MouthFiles mouth_files(const std::vector<std::filesystem::path>& meshes);
 
 }  // namespace typodont

@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-// m, frame W: position of the implant's upper end (platform) in the shipped scenes
+// m, W, in shipped scenes
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
 constexpr double kSite = 15e-3;  // m, distance from the implant up to which tissue is copied
-// m, largest voxel size of the copied tissue; the shipped scenes have this voxel size
+// m, of the copy, as in shipped scenes
 constexpr double kLargestVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {
@@ -38,9 +38,8 @@ Text load_text(const fs::path& file) {
   return Text::parse(Json::load(file).text());
 }
 
-/// Copies the tissue around the plan, moved by `move`, with voxels of at most kLargestVoxel. (With voxels of 0.3 mm, a
-/// drill that widens the drilled hole would stop at the wall of this hole.) Distances are interpolated. Label and
-/// hardness are those of the nearest voxel.
+/// Around the plan, moved by `move`, at most kLargestVoxel (at 0.3 mm a widening drill would stop at the wall).
+/// Distances interpolated, labels and hardness nearest.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
   glm::ivec3 lo, hi;
@@ -69,7 +68,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
         const dvec3 place = dvec3(p) / static_cast<double>(n);
         const glm::ivec3 near(glm::round(place));
         const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
-        // The copied tissue ends two voxels before the faces of the box, so that its surface is closed.
+        // Ends two voxels inside the box: closed.
         const glm::ivec3 in = glm::min(p, site.size - 1 - p);
         const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
         const std::size_t i = site.at(p.x, p.y, p.z);
@@ -82,7 +81,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   return haptics::TissueVolume(site);
 }
 
-/// Adapts the score rules of exercise.json to this implant, by setting their targets.
+/// Targets of exercise.json for this implant.
 Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   Text made = Text::array();
   for (Text& rule : rules) {
@@ -166,7 +165,7 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   scene["task"]["rules"] = rules_for(task["rules"], exercise, !canal.path_W.empty());
   progress.at(0.1);
 
-  // The scene file and the volume file are completely written and checked before one of them replaces an older file.
+  // Both files are checked before either replaces an older one.
   const std::string text = scene.dump(2) + "\n";
   const Scene parsed = parse_scene(Json::parse(text, file.filename().string()), file, base.place);
   std::optional<haptics::TissueVolume> site;

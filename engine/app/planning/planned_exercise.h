@@ -1,5 +1,4 @@
-// Writes an implant exercise from a plan. The exercise is a scene with the tissue around the implant, and with the
-// instruments and steps of the procedure.
+// A plan as an exercise: scene, tissue around the implant, instruments, steps.
 #pragma once
 
 #include <filesystem>
@@ -18,15 +17,12 @@ struct PlannedExercise {
   session::ImplantPlan plan;
 };
 
-/// Checks the scene as a session would do, and writes it to `file`. If the tissue is a volume, the part within 15 mm
-/// around the implant is copied, with voxels of at most 0.15 mm. The copy is moved, so that the planned platform
-/// (implant's upper end) is at the point that the display rigs show. The copy is written beside the scene, with the
-/// extension .vdb. Other tissue stays as the planner's scene defines it. `over` states whether files that this process
-/// has read may be replaced; the planner's own volume is never replaced. Throws Error (also if the implant leaves the
-/// bone) or Cancelled; then nothing has changed.
+/// Checked as by a session. A volume is copied within 15 mm, voxels of at most 0.15 mm, platform where the rigs look,
+/// as .vdb beside the scene. `over`: whether read files may be replaced (never the planner's volume). Throws Error,
+/// also if the implant leaves bone, or Cancelled, with nothing changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,
                             Progress& progress);
-/// Throws the Error that write_planned_exercise() would throw if it may not write its files.
+/// Throws the Error of write_planned_exercise() if its files may not be written.
 void require_planned_exercise(const Scene& scene, const std::filesystem::path& file, Over over);
 
 }  // namespace typodont

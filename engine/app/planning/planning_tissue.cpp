@@ -12,12 +12,11 @@ namespace typodont {
 
 namespace {
 
-// Hounsfield units of the tissues. They are used only for pictures and mean values.
+// Hounsfield units, for pictures and means.
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
-constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
-constexpr double kSection = 2e-3;        // m, length of the sections into which a nerve canal is divided
-// A section of the nerve canal is not used if it contains fewer samples than this fraction of the median number of
-// samples in a section.
+constexpr double kShortestCanal = 8e-3;  // m, shorter nerve tissue is no canal
+constexpr double kSection = 2e-3;        // m, sections of a canal
+// of the median count; smaller sections are unused
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
@@ -127,10 +126,9 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        // The search starts again at one end of the canal, so that the distances increase from there to the other end.
+        // From one end, so that distances increase to the other.
         piece = distances_within_piece(piece.back().first);
-        // The search counts steps from voxel to voxel through their faces. So its path can be √3 times as long as the
-        // canal. The true length is computed below, from the centres of the sections.
+        // Steps over faces: up to √3 too long. Centres of sections give the length.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));
@@ -142,7 +140,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // The canal's end sections are cut obliquely. Their centres do not lie on the axis, so they are not used.
+        // Ends are oblique.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];
@@ -152,8 +150,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // Computes the mean cross-section of the canal. Each section has one centre. The cross-section is the volume
-        // between the centres of the first and of the last section, divided by the canal's length between them.
+        // Volume between the end centres / length.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

@@ -1,6 +1,4 @@
-// An intraoral scan that is aligned with the teeth of a cone beam CT. Contains the registration by picked points and by
-// surfaces, and the class with which a user picks the points. Frame S is the frame of the scan's file, frame C the
-// frame of the CT.
+// An intraoral scan (frame S) on the teeth of a cone beam CT (frame C): registration and picking.
 #pragma once
 
 #include <array>
@@ -19,50 +17,42 @@
 namespace typodont {
 
 struct ScanRegistration {
-  calibration::RegistrationResult start;  // initial registration of the scan, by the points that the user picked
-  /// Registration by the surfaces. The solver uses the letter D for the CT's frame, which is frame C in this file. So
-  /// the solver's result X_DS is the pose of the scan in the CT's frame, X_CS.
+  calibration::RegistrationResult start;  // by the picked points
+  /// by the surfaces; the solver's X_DS is X_CS
   calibration::SurfaceRegistration fine;
 };
 
-/// Registers a scan. A first pose comes from pairs of corresponding points (m), the final pose from the surfaces of the
-/// teeth. For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if
-/// the pairs do not give a pose, or if the result cannot be trusted.
+/// Pairs of points (m), then surfaces. `place`, `file`: for messages. Throws Error without a reliable pose.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
 
-/// The surfaces of scan and CT, with the points that the user picks in them. Main thread only, except where a comment
-/// names another thread.
+/// Both surfaces with picked points. Main thread, unless stated.
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };
   static constexpr std::size_t kLeastPairs = 3;
 
-  /// Reads the scan, closes its surface, and extracts the CT's surface. For any thread. `unit`: m, length of the unit
-  /// in which the file states coordinates. Throws Error.
+  /// Closes the scan, extracts the CT's surface. Any thread. `unit`: m. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
 
   SurfacePicture& view(Side side) { return views_[side]; }
   const SurfacePicture& view(Side side) const { return views_[side]; }
   const std::vector<dvec3>& points(Side side) const { return points_[side]; }
-  /// Adds a point that the user picked. `side`: picture in which the point was picked (scan or CT); `place`: position
-  /// in the last picture of this side. Returns false if there is no surface at this position, or if the next point must
-  /// be picked in the other picture.
+  /// `place` in the last picture of `side`. False: no surface there, or the other picture's turn.
   bool pick(Side side, const dvec2& place);
   void drop_last();  // removes the point that the user picked last
   bool can_register() const {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }
 
-  /// Registers the scan by points and surfaces. For any thread, while no other call changes this object. Throws Error.
+  /// Any thread, while nothing else changes this. Throws Error.
   ScanRegistration registered() const;
-  /// Shows a registration: the scan over the CT, coloured by the distance between them. Picking another point discards
-  /// the registration.
+  /// Coloured by distance. Another pick discards it.
   void show(ScanRegistration registration);
   const std::optional<ScanRegistration>& registration() const { return registration_; }
-  /// Replaces the CT's crowns by the scan. Requires a registration. For any thread, while no other call changes this
-  /// object. Throws Error or Cancelled.
+  /// CT with the scan's crowns, after a registration. Any thread, while nothing else changes this. Throws Error or
+  /// Cancelled.
   haptics::Fused fused(Progress& progress) const;
 
  private:

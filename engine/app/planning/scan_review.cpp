@@ -11,14 +11,14 @@ namespace typodont {
 namespace {
 
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
-// width of the widest view of a section, divided by the largest size of the scan; above 1, so that a margin is visible
+// widest view / scan: leaves a margin
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
-// Number of samples of a coarse preview. The tissue labels of these samples can be computed in about a second.
+// samples of a preview of about a second
 constexpr double kCoarseSamples = 4e5;
-// voxels; a preview shows only the tissue labels, so distances are computed only up to this distance from the surface
+// voxels of distance; a preview needs only labels
 constexpr double kCoarseBand = 2;
-constexpr double kTooth = 30e-3;                // m, a scan that is longer than this shows a jaw, not a single tooth
+constexpr double kTooth = 30e-3;                // m, longer than a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
@@ -77,8 +77,7 @@ void ScanReview::set_width(double width) {
 }
 
 ScanPlanes ScanReview::planes() const {
-  // In the picture, the patient's left side is at the right, because the observer faces the patient. The head is at the
-  // top.
+  // The observer faces the patient; head up.
   const double to_left = scan_->space() == "RAS" ? -1 : 1, to_back = to_left;
   const dvec3 left(to_left, 0, 0), back(0, to_back, 0), head(0, 0, 1);
   const auto plane = [&](std::size_t section, const dvec3& right, const dvec3& up) {
@@ -176,14 +175,13 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  // removes undone corrections: they belong to the old tissue labels, so they can no longer be redone
+  // undone corrections belong to the old labels
   steps_.resize(done_);
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // Removes the steps that replaced the whole tissue. Such steps contain no corrections, so they cannot be repeated
-  // with the new labels.
+  // Replacements of the tissue cannot be repeated.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }
@@ -254,8 +252,7 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  // kColour: 0..1, weight of the label's colour in a pixel; the rest is the grey value. kOutside: 0..1, factor for the
-  // brightness outside the region that will be imported.
+  // weight of the label's colour; brightness outside the region
   constexpr double kColour = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();

@@ -29,7 +29,7 @@ void SurfacePicture::look_like(const SurfacePicture& other) {
 }
 
 void SurfacePicture::turn(const dvec2& by) {
-  constexpr double kTurn = 3.5;  // rad, rotation of the view when the mouse is dragged across the whole picture
+  constexpr double kTurn = 3.5;  // rad per drag across the picture
   const dquat R = glm::angleAxis(-kTurn * by.x, up_) * glm::angleAxis(-kTurn * by.y, right_);
   look_along(glm::normalize(R * look_), R * up_);
 }
@@ -81,8 +81,7 @@ render::Picture SurfacePicture::draw(int pixels) {
     const dvec3 &p = mesh_.vertices[c.x], &q = mesh_.vertices[c.y], &r = mesh_.vertices[c.z];
     const dvec3 normal = glm::cross(q - p, r - p);
     const double length = glm::length(normal);
-    // The surface is lit from both sides (the sign of the normal is ignored), because the back of an open scan is also
-    // visible.
+    // From both sides: a scan's back is visible.
     const double lit = length > 0 ? std::abs(glm::dot(normal, light)) / length : 0;
     const glm::vec3 color = colors_[t] * static_cast<float>(0.25 + 0.75 * lit);
     for (int y = y0; y <= y1; ++y) {

@@ -11,8 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns true if `file` is an exercise whose tissue is the volume `site` in the same folder. Such a file is not an
-/// input of the command, so the command may replace it.
+/// An exercise of the volume beside it is no input, so it may be replaced.
 bool names_volume(const fs::path& file, const fs::path& site) {
   std::error_code code;
   if (!fs::is_regular_file(file, code)) return false;

@@ -1,4 +1,4 @@
-// The tissue volume of an exercise, which a command writes beside the exercise's scene file.
+// The volume that is written beside an exercise.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,10 @@
 
 namespace typodont {
 
-/// Returns the volume of the exercise `file`: the same name with the extension .vdb.
+/// The same name with .vdb.
 std::filesystem::path volume_beside(const std::filesystem::path& file);
 
-/// Throws Error if the volume beside the exercise `file` may not be written. The user names only the exercise, so an
-/// existing volume may be replaced only if the existing exercise names this volume.
+/// Throws Error, unless new or named by the existing exercise.
 void require_volume_beside(const std::filesystem::path& file, Over over);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Unions and intersections of solids with rounded edges, computed from their distances (Quilez).
+// Rounded unions and intersections of distances (Quilez).
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// Returns the minimum of two distances. The edge between the two solids is rounded over a width of k (m).
+/// Minimum, rounded over k (m).
 inline double smooth_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k * 0.25;
@@ -15,7 +15,7 @@ inline double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// Returns the value at x of a function that is 0 up to a, 1 from b on, and smooth between them.
+/// 0 up to a, 1 from b on.
 inline double smooth_step(double a, double b, double x) {
   const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
   return t * t * (3 - 2 * t);

@@ -1,4 +1,4 @@
-// Keeps the meshes of the surroundings in the cache, because the same scene needs the same meshes at every start.
+// Caches the surroundings' meshes.
 #include <filesystem>
 #include <fstream>
 #include <type_traits>
@@ -21,8 +21,7 @@ void add(Fnv1a& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// The structured bindings below name all members, so that a new member cannot be forgotten in the key: the number of
-// names must be the number of members.
+// All members are named, so that a new one cannot be missing in the key.
 
 void add(Fnv1a& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
@@ -47,7 +46,7 @@ void add(Fnv1a& key, const ToothRow& row) {
   for (const glm::dvec2& p : curve) add(key, p);
 }
 
-/// Computes the key of a plan's meshes in the cache. Empty if the volume cannot be read; building will report this.
+/// Empty if the volume cannot be read; building reports it.
 std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   // The meshes do not depend on `monitored` and `soft`.
   const auto& [volume, crown, arch, neighbours, row, mouth, dam, monitored, gum, margin, margin_normal, papilla,
@@ -71,7 +70,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   return key.value;
 }
 
-/// Calls `part` for each number and each list of the meshes, in the order of the file.
+/// Numbers and lists in the file's order.
 template <class Bricks, class Part>
 bool each_brick(Bricks& bricks, Part&& part) {
   return part.list(bricks, [&](auto& brick) {

@@ -9,24 +9,24 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;  // m, height of the rubber dam's sheet above the edge of the gum
+constexpr double kOverGum = 0.25e-3;  // m above the gum's edge
 constexpr double kSheet = 0.7e-3;     // m, thickness of the rubber dam's sheet over the teeth
-constexpr double kTension = 6e-3;  // m, over a hollow that is narrower than this, the stretched rubber sheet stays flat
-// m, distance from the curve of the teeth to the edge of the rubber dam's sheet, which lies inside the cheek
+constexpr double kTension = 6e-3;     // m, narrower hollows stay flat
+// m from the teeth's curve, inside the cheek
 constexpr double kSheetTo = 13.5e-3;
-// m, height above the gum to which the frame of the rubber dam pulls the edge of the sheet
+// m above the gum, pulled by the frame
 constexpr double kLift = 3.2e-3;
-constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half the edge lengths of a jaw of the rubber dam's clamp
-constexpr double kPlateHeight = 0.75e-3;           // m, height of the rubber dam clamp's jaws above the gum's edge
-constexpr double kBow = 0.75e-3;                   // m, radius of the wire of the bow of the rubber dam's clamp
-constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of the jaws of the rubber dam's clamp
-// number of steps in which the corners of the bow of the rubber dam's clamp are rounded (corner cutting, Chaikin 1974)
+constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half edges of a clamp's jaw
+constexpr double kPlateHeight = 0.75e-3;           // m above the gum's edge
+constexpr double kBow = 0.75e-3;                   // m, wire
+constexpr double kPlateRound = 0.35e-3;            // m, edges of the clamp's jaws
+// of corner cutting (Chaikin 1974)
 constexpr int kSmooth = 3;
 
 }  // namespace
 
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap) {
-  // Away from the teeth, the frame of the rubber dam pulls the sheet upwards.
+  // The frame pulls up away from the teeth.
   const double lift = kLift * smooth_step(6e-3, 16e-3, std::abs(at.beside));
   const double level = -at.depth - kOverGum - lift;
   const double covered = smooth_min(teeth - kSheet, level, kTension);

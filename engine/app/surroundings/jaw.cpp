@@ -9,40 +9,29 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
+constexpr double kFree = 0.5e-3;          // m, gum's edge above a neck
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m, distances from the working tooth along the arch. The gum's edge is tilted up to the distance kTiltFrom. From there
-// to kTiltTo, the tilt decreases to zero.
+// m along the arch: tilted edge up to the first, level from the second
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, distances from the row of teeth, sideways. Up to kEdgeTo, the height of the gum's edge follows the nearest teeth.
-// From there to kEvenFrom, it changes to the height at the working tooth.
+// m beside the row: edge follows the teeth; level from there
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, shape of the jaw's ridge, on which the teeth stand. kRidgeTop: depth of its top below the gum's edge. kRidgeRim:
-// distance of its side from the teeth at the top. kBuccalSwell, kLingualSwell: how much wider it becomes below, towards
-// cheek and tongue; kSwellDepth: m, depth scale of this widening.
+// m, ridge: top below the edge, side, widening below to cheek and tongue, its depth scale
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
-// m. kBuccalFold, kLingualFold: depths below the gum's edge of the folds between the jaw's ridge and the cheek or
-// tongue. kFoldRound: radius of these folds. kJawEdge: half the width of a jaw that is drawn without cheek and tongue.
+// m: depths of the folds, their radius, half width without cheek and tongue
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
-// kAttached: m, height of the attached gum; kLine: m, half the width of the zone in which the attached gum changes to
-// movable mucosa
+constexpr double kBack = 25e-3;  // m to the back of the mouth
+// m: attached gum; half zone of change to mucosa
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// m. kTongueFrom: distance of the tongue's edge from the curve of the teeth. kTongueBelow: depth of this edge below the
-// plane of the chewing surfaces. kTongueDome: height of the tongue's middle above the edge. kTongueRound: radius of the
-// edge.
+// m: edge of the tongue from the teeth, below the chewing plane; its dome; its radius
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
-// m. kCheekFrom: distance of the cheek from the curve of the teeth. kCheekOver: height of the cheek's edge above the
-// plane of the chewing surfaces. kLipBelow: depth of the lip's edge below this plane. kCheekRound: radius of the edge.
+// m: cheek from the teeth, edge above the chewing plane; lip below it; radius
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-// m, shapes of lip and face. kLipFrom, kFaceTo: distances from the curve of the teeth at which the lip lies and the
-// face ends. kLipRadius: radius of the lip. kFaceFall: 1/m; the face falls by kFaceFall times the square of the
-// distance from the lip. kFaceThick: thickness of the face.
+// m: lip and end of the face from the teeth; lip's radius; kFaceFall (1/m) × distance²; thickness
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
-// m, height of the lip above the rim of the mouth, and depth of the face below this rim
+// m above the mouth's rim; below it
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace
@@ -97,9 +86,7 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  // The height of the gum's edge follows the nearest tooth. Far from the row, two neighbouring points may have
-  // different nearest teeth, and the height would have a step between them. So all points far from the row get the same
-  // height.
+  // Far away, nearest teeth jump, so the height is even there.
   const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
   const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
   return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};
@@ -125,7 +112,7 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  // Between two teeth, the gum of the jaw's ridge rises to a papilla (a tip of gum).
+  // Papillae between teeth.
   const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
@@ -144,13 +131,13 @@ double Jaw::tongue(const Place& p) const {
 }
 
 double Jaw::rim(const Place& p) const {
-  // The cheek is high beside the molars; the lip in front is low.
+  // High cheek beside molars, low lip in front.
   const double front = smooth_step(14e-3, 30e-3, p.x - own_x_);
   return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
 }
 
 double Jaw::from_curve(const Place& p) const {
-  // Behind the last tooth, the wall of the cheek closes the mouth.
+  // The cheek closes the mouth behind the last tooth.
   return smooth_max(p.beside, back_ + kCheekFrom - p.x, 8e-3);
 }
 

@@ -11,8 +11,7 @@ namespace typodont {
 
 namespace {
 
-/// Returns the matrix from the frame of the row of teeth to the frame of a tooth's form. It rotates by `turn` about z
-/// and by `lean` towards the tongue. `mirrored`: it also reflects, for a tooth of the other side of the jaw.
+/// Row to form: `turn` about z, `lean` to the tongue, `mirrored` for the other side.
 glm::dmat3 to_form(double turn, double lean, bool mirrored) {
   const double c = std::cos(turn), s = std::sin(turn), cl = std::cos(lean), sl = std::sin(lean);
   const double x = mirrored ? -1 : 1;
@@ -29,12 +28,12 @@ ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)
 
 ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   Place best;
-  // nearest: m², squared distance to the nearest segment of the curve so far; reach: the same distance in m
+  // to the nearest segment so far: m², m
   double nearest = 1e9, reach = 1e9;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     const glm::dvec2 r = p - points_[i];
     const double farthest = reach + along_[i + 1] - along_[i];
-    // the whole segment is farther away than the nearest segment so far, so it is skipped
+    // no part of it is nearer
     if (glm::dot(r, r) > farthest * farthest) continue;
     const glm::dvec2 d = points_[i + 1] - points_[i];
     const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);

@@ -1,4 +1,4 @@
-// The row of teeth around the working tooth: forms and poses of the teeth, and the curve on which they lie.
+// Teeth around the working tooth: forms, poses, curve.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,11 @@
 
 namespace typodont {
 
-/// A tooth of the row. In the frame of the row, x points along the arch at the working tooth (mesial), y to the cheek
-/// and z out of the crown. Its origin is the origin of frame W. Lengths in m.
+/// Row: x along the arch (mesial), y to the cheek, z out of the crown, origin of W. m.
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
-  // Rotation from the frame of the row (R) to the frame of the tooth's form (F). It includes a reflection for a tooth
-  // of the other side of the jaw.
+  // Row to form, with a reflection for the other side.
   glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
@@ -23,7 +21,7 @@ struct RowTooth {
   double distance(const dvec3& p_row) const { return form.distance(to_form(p_row)); }
 };
 
-/// The polyline through the necks of the teeth, from one end of the row to the other.
+/// Through the necks, from end to end.
 class ArchCurve {
  public:
   struct Place {
@@ -45,7 +43,7 @@ struct ToothRow {
   std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
-/// Reads a row of teeth (assets/jaw/lower_row.json) and the forms of its teeth. Throws Error.
+/// Such as assets/jaw/lower_row.json, with forms. Throws Error.
 ToothRow load_tooth_row(const std::filesystem::path& file);
 
 }  // namespace typodont

@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-// m, half the lengths of the region in which the gum is soft: along the arch, across the arch, along the crown
+// m, half the soft region: along, across, up
 constexpr double kAlong = 11e-3, kAcross = 10e-3, kUp = 6e-3;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The gum around the working tooth as soft tissue, for the servo's computation of contact.
+// Gum around the working tooth for the servo.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,7 @@
 
 namespace typodont {
 
-/// Samples the gum within about 10 mm of its edge at the working tooth. Equal plans give equal points. Null if the
-/// plan's gum is not soft. Throws Error if the volume cannot be read.
+/// About 10 mm around the edge; equal plans, equal points. Null: not soft. Throws Error.
 std::shared_ptr<const haptics::SoftSurface> soft_gum(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

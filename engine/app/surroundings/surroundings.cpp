@@ -17,50 +17,44 @@ namespace typodont {
 
 namespace {
 
-// m, voxel sizes of bodies that are only drawn. The sizes with "Far" in their names are for bodies whose distance from
-// the middle of the working tooth is larger than kNear.
+// m; "Far": beyond kNear of the working tooth
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// voxels, largest distance between a mesh and the exact surface; first for the fine mesh, then for the coarse mesh
+// voxels, for fine and coarse mesh
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-// The coarse mesh of the cheek is as fine as its fine mesh. Otherwise it would have long triangles, of which one vertex
-// can lie in the dark behind the gum. Such a triangle would make the visible cheek dark, too.
+// Fine both times: long triangles with a vertex behind the gum would darken the cheek.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// m, depth by which the coarse mesh of gum or dam lies below the fine mesh where the two meshes overlap
+// m, below the fine mesh in the overlap
 constexpr double kCoarseBelow = 0.5e-3;
-// m, width of the strip inside the box of the fine mesh in which the coarse mesh also exists
+// m, strip with both meshes
 constexpr double kOverlap = 1.2e-3;
-// m, the coarse mesh is used if the picture allows a surface error larger than this
+// m, surface error from which it is used
 constexpr double kCoarseFrom = 45e-6;
-// m, depth below the gum's edge down to which a neighbouring tooth is drawn
+// m below the gum's edge
 constexpr double kRootShown = 2.5e-3;
-// m, height above the plane of the gum's edge; a neighbour's root is cut off only below this height, because higher
-// points cannot lie in a root
+// m above the plane of the gum's edge, no root above
 constexpr double kCrownFrom = 4e-3;
-// m. Light that bodies receive from each other is computed in a box-shaped region. kLitAlong, kLitAcross, kLitUp: half
-// the edge lengths of the box; kLitMiddle: height of its middle above the gum.
+// m, box of light between bodies: half edges; middle above the gum
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
-// m, longest edges of the fine and of the coarse mesh inside this box; longer edges are split. Light is computed at the
-// vertices, so a shadow that is narrower than a triangle would not be visible.
+// m, longer edges are split there: light is per vertex
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
-constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
-// m, depth to which the gum extends into the working tooth, so that no gap between them is visible
+constexpr double kReach = 3e-3;  // m of a tooth's distances
+// m into the tooth: no gap
 constexpr double kGumInside = 0.4e-3;
-// m, the gum hides those points of the root that are deeper below the gum's edge than this
+// m below the edge, hidden root
 constexpr double kCoveredBelow = 0.6e-3;
-// m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
+// m, collar into ridge
 constexpr double kCollarBlend = 1.0e-3;
-constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
-// m, cell sizes of the grids on which the cut face of a section is computed, for a tooth and for the gum
+constexpr double kCollarFrom = 4e-3;  // m from the tooth
+// m, cells of cut faces
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
-// m, width by which the cut face of the gum overlaps the cut faces of the teeth in a section, so that no gap is visible
+// m, over the teeth's faces
 constexpr double kFaceOverlap = 0.05e-3;
-// m, the cut face of the gum lies behind the cut faces of the teeth by this distance
+// m behind the teeth's faces
 constexpr double kFaceUnder = 10e-6;
 
-/// Keeps the triangles that have a corner for which wanted(p) is true, and the vertices of these triangles. `lo`: m,
-/// frame W, origin of the vertices.
+/// Triangles with a corner where wanted(p). `lo`: m, W, origin of vertices.
 template <class Wanted>
 void keep_triangles(std::vector<render::MeshUpdate>& mesh, const dvec3& lo, const Wanted& wanted) {
   for (render::MeshUpdate& brick : mesh) {
@@ -99,7 +93,7 @@ struct Box {
   }
 };
 
-/// Converts points between a neighbouring tooth and the working tooth, of which the neighbour is a mirrored copy.
+/// Between a neighbour and the working tooth that it mirrors.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -112,7 +106,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Converts a point of the neighbour to the corresponding point of the working tooth. from_tooth() does the reverse.
+  /// Reverse: from_tooth().
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -135,7 +129,7 @@ struct ToothCopy {
 }  // namespace
 
 struct SurroundingsShape::Impl {
-  /// A neighbouring tooth: a copy of the working tooth, or a tooth of the row.
+  /// A copy, or a tooth of the row.
   struct Neighbour {
     std::optional<ToothCopy> copy;
     const RowTooth* row = nullptr;
@@ -176,7 +170,7 @@ struct SurroundingsShape::Impl {
              })});
   }
 
-  /// Returns half the width (m) of the working tooth at the gum, across the arch, as measured from its volume.
+  /// m at the gum, from the volume.
   double measured_half_width() const {
     double half = 0;
     for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
@@ -186,12 +180,12 @@ struct SurroundingsShape::Impl {
       }
     return half;
   }
-  /// Returns the height (m) of the working tooth's highest point along the crown's axis.
+  /// m along the crown's axis.
   double occlusal() const {
     const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
     return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  /// Returns the depth (m) of the working tooth's roots below the gum's edge.
+  /// m below the gum's edge.
   double roots() const {
     double depth = 0;
     Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
@@ -200,12 +194,12 @@ struct SurroundingsShape::Impl {
     });
     return depth;
   }
-  /// Returns the depth (m) of the point below the plane of the gum's edge, along the crown's axis.
+  /// m along the crown's axis.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
 
-  /// Returns the box around the working tooth in which gum and dam have a finer mesh.
+  /// Of finer gum and dam.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
     const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
@@ -218,8 +212,7 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// Returns the box around the whole arch. The box extends `side` (m) beyond the curve of the teeth, and `up` (m)
-  /// above the plane of the chewing surfaces.
+  /// `side` beyond the curve, `up` above the chewing plane, m.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -231,7 +224,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// Returns the distance (m) to the whole neighbouring tooth, including its root.
+  /// m, with the root.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -243,8 +236,7 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The root of a neighbour is cut off. In a section the cut end would show the pulp, so the cut end gets the colour
-    // of dentin.
+    // The cut root's end would show pulp: dentin instead.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -262,19 +254,19 @@ struct SurroundingsShape::Impl {
     double teeth = own;
     for (const Neighbour& n : neighbours)
       if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
-    // Between two teeth, the gum rises to a papilla and fills the gap below their point of contact.
+    // The papilla fills the gap below the contact.
     const double deep = at.depth + jaw.papilla(at);  // m, depth below the gum's edge at this point
-    // The collar of gum has a rounded edge, and becomes thicker towards the root.
+    // Rounded edge, thicker towards the root.
     const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
     const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
                                         (plan.thickness - edge) * (1 - std::exp(-deep / swell))
                                   : deep / 1.5;
     const double collar = teeth - thick;
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
-    // The space of the working tooth is cut out of the gum, so that a bur inside the tooth does not touch the gum.
+    // A bur inside the tooth does not touch the gum.
     return std::max(body, -own - kGumInside);
   }
-  /// Returns the distance (m) to a solid that consists of the rubber dam's sheet and everything below it.
+  /// m to the sheet and all below.
   double dam(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = 1;
@@ -297,8 +289,7 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // `least` is a lower bound of the distance to the tooth. If it is larger than the smallest distance so far, the
-    // exact distance is not needed.
+    // `least`: lower bound; skips exact distances.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -335,15 +326,13 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // The index of the body is written into the number of the brick (mesh block), so that bricks of two bodies have
-      // different numbers.
+      // Bricks of two bodies have different numbers.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // In pictures, the surface of a neighbouring tooth ends shortly below the gum's edge, because the gum hides the root.
-  // A section cuts the root open, so this function includes the root.
+  // Pictures hide the root, sections show it.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
@@ -378,8 +367,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Gives all vertices the material `matter`. The colour of the tissue `under` shines through: `beneath(p)` returns the
-/// fraction of this colour that is visible at p.
+/// `under` shines through by beneath(p).
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -408,7 +396,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
       glm::abs(plan.arch) * kLitAlong + glm::abs(shape.across) * kLitAcross + glm::abs(plan.crown) * kLitUp;
   const auto is_lit = [&](const dvec3& p) { return glm::all(glm::lessThan(glm::abs(p - work), reach)); };
   const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
-  // Meshes a body and sets its material. A body far from the working tooth has only the coarse mesh.
+  // Far bodies have only the coarse mesh.
   const auto add = [&](const Box& box, double voxel, const std::array<float, 2>& tolerances, bool fine,
                        const auto& distance, const auto& label, const auto& wanted, const auto& paint_mesh) {
     std::array<std::vector<render::MeshUpdate>, 2> meshes;
@@ -431,7 +419,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
-    if (plan.dam) break;  // the rubber dam hides the neighbouring teeth, so they are not built
+    if (plan.dam) break;  // hidden by the dam
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
     add(
@@ -444,7 +432,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Meshes the gum or the rubber dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
+  // Fine near the working tooth.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
                         const auto& trim) {
@@ -467,9 +455,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](auto&, const dvec3&) {});
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks (mesh blocks) overlap the fine bricks. There, the coarse surface is lowered below the fine
-    // surface, so that it is not visible. Except for a narrow strip, it is removed. A second surface below the first
-    // one would also take the light that travels inside the gum.
+    // Lowered below the fine surface and removed but for a strip: it would take light from the gum.
     const auto inside_near = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return std::min({inside.x, inside.y, inside.z});
@@ -498,13 +484,13 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    // the cheek gets a fine mesh, because it is the background in pictures of the tooth
+    // background of the tooth, so fine
     const bool fine = field == &Jaw::cheek;
     add(box, kMouthVoxel, fine ? kCheekTolerance : kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // Computes how deep a point lies in the mouth. The deeper it lies, the darker is the mucosa.
+  // Mucosa darkens with depth.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
     return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);

@@ -10,21 +10,20 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, such as a cusp
-// factor of the approximate distance to the tooth's side; with it, the result is never larger than the true distance
+constexpr double kTip = 0.45e-3;  // m, tip of a hill
+// keeps the side's distance below the true one
 constexpr double kSideSlope = 0.9;
-// factor of the approximate distance to the chewing surface; with it, the result is never larger than the true distance
+// the same for the chewing surface
 constexpr double kTopSlope = 0.78;
-// m, radius with which the bottom of a groove between two hills (cusps or ridges) is rounded. It must not be much
-// smaller than the voxels of the drawn tooth: a sharper groove would be drawn with notches.
+// m, rounded groove; sharper ones would show notches of voxels
 constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kRootEnd = 0.35;      // width of the root at its end, divided by the width of the neck
+constexpr double kRootEnd = 0.35;      // width at the end / at the neck
 
-/// Returns half the width (m) of the tooth at the height z.
+/// m at z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
   if (z < 0) {
     const double t = std::min(-z / root, 1.0);
@@ -35,12 +34,10 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// Returns the height (m) of the fine ridges on the slope of a hill (cusp or ridge). `from_tip`: m, position relative
-/// to the hill's tip. `over`: m, how much higher this hill is here than the neighbouring hill. The height is zero at
-/// the tips and where two hills meet.
+/// m, fine ridges on a hill. `from_tip`: m; `over`: m above the other hill. Zero at tips and grooves.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ), where φ is the angle of from_tip about the hill's tip; computed from c = cos² φ
+  // cos(4 φ), c = cos² φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }
@@ -52,21 +49,18 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // Computes the distance of p from the side of the tooth. A horizontal section of the tooth is a superellipse, a shape
-  // between an ellipse and a rectangle. Its formula is slow, so it is evaluated only near the ellipse with the same
-  // half axes.
+  // Superellipse: slow, so only near the ellipse of the same axes.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    // the point is far from the side of the tooth, so a lower bound of the distance is sufficient
+    // far away: a lower bound will do
     if (ellipse < 0.55 || ellipse > 2) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // At each point, the chewing surface is as high as the highest hill (cusp or ridge). Where two hills meet, there is a
-  // groove.
+  // Highest hill; grooves where two meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

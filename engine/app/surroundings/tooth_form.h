@@ -1,5 +1,4 @@
-// The shape of a tooth, described by a few numbers (assets/teeth/forms/): neck, widest part, cusps and grooves. It is
-// used for teeth that are only drawn and monitored, not cut.
+// A tooth from a few numbers (assets/teeth/forms/): drawn and monitored, not cut.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -11,40 +10,37 @@
 
 namespace typodont {
 
-/// A part of the chewing surface, called a hill: a cusp, a ridge, or the cutting edge of a front tooth. Its shape is a
-/// cone with a rounded tip.
+/// Hill of the chewing surface (cusp, ridge, edge): a cone with a rounded tip.
 struct ToothHill {
-  glm::dvec2 at{0, 0};       // m, position of the tip along x and y of the tooth's frame
+  glm::dvec2 at{0, 0};       // m, x and y
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
-  glm::dvec2 long_by{1, 1};  // factors that stretch the hill's (cusp's) cone along x and y of the tooth's frame
+  glm::dvec2 long_by{1, 1};  // stretch along x and y
 };
 
-/// The shape of a tooth. In its frame, x points along the row to the jaw's midline, y to the cheek and z out of the
-/// crown; the origin is the middle of the neck. Lengths in m.
+/// x to the midline, y to the cheek, z out of the crown, origin in the neck. m.
 struct ToothForm {
-  /// m, full widths at the widest part, along x and y of the tooth's frame
+  /// m, full widths, x and y
   glm::dvec2 widest{0, 0};
-  glm::dvec2 neck{0, 0};  // m, full widths at the neck, along x and y of the tooth's frame
-  /// m, full widths at the chewing surface, along x and y of the tooth's frame
+  glm::dvec2 neck{0, 0};  // m, full widths, x and y
+  /// m, at the chewing surface
   glm::dvec2 table{0, 0};
   double height = 0;  // m, height of the crown up to its highest cusp
-  // m, heights of the widest point on the sides towards neighbours, cheek and tongue
+  // m, widest point towards neighbours, cheek, tongue
   double proximal = 0, buccal = 0, lingual = 0;
-  // exponent of the superellipse that the tooth's outline has, seen from above; 2 gives an ellipse
+  // of the superellipse; 2: ellipse
   double square = 2.5;
-  double rounding = 0;  // m, radius of the edge between the side and the chewing surface
+  double rounding = 0;  // m, side to chewing surface
   double lean = 0;      // m per m, inclination of the crown towards the tongue
   double root = 0;      // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 
-  /// Returns the approximate distance (m) to the tooth's surface, negative inside. The gradient of this distance is at
-  /// most about 1.3 (1 for an exact distance).
+  /// m, approximate, negative inside; gradient at most about 1.3.
   double distance(const dvec3& p) const;
   /// Returns the tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;
-  /// low() and high() return two opposite corners (m) of a box that contains the tooth.
+  /// m, corners of its box.
   dvec3 low() const;
   dvec3 high() const;
 };

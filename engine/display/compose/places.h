@@ -1,5 +1,4 @@
-// Regions of a composed picture for each eye, and the combination of the eyes' pixels in these regions. Used by both
-// composers (GPU and CPU).
+// Each eye's region of the target, and how pixels combine. For both composers.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +7,7 @@
 
 namespace typodont::display {
 
-/// How the eyes' pixels are combined in the target; same values as kMix in compose.frag.
+/// As kMix in compose.frag.
 enum class Mix : std::uint32_t { kOneEye, kRows, kAnaglyph };
 inline constexpr std::size_t kMixes = 3;
 constexpr Mix mix_of(Layout layout) {
@@ -30,7 +29,7 @@ inline Place place_of(int eye, Layout how, const ivec2& target) {
   }
   return place;
 }
-/// Returns true if the layout has a separate region for each eye.
+/// A region of its own per eye.
 constexpr bool two_places(Layout layout) {
   return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono;
 }

@@ -3,7 +3,7 @@
 #include <GLFW/glfw3.h>
 #include <dlfcn.h>
 #include <poll.h>
-// This include is the last one, because Xlib defines macros with names like None, Bool and Status.
+// Last: Xlib defines None, Bool, Status.
 #include <X11/Xlib.h>
 
 #include <chrono>
@@ -12,7 +12,7 @@
 namespace typodont::display {
 
 _XDisplay* x_server() {
-  // If GLFW was built for another desktop, it does not have this function.
+  // Missing in a GLFW for another desktop.
   static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   return display_of ? display_of() : nullptr;
 }

@@ -1,5 +1,4 @@
-// A headset through OpenXR. The order of calls follows the specification and makes no assumptions about the runtime.
-// The code accepts any order of formats, any number of images, missing extensions, and poses that are not yet valid.
+// OpenXR as specified, without assumptions: any formats, images, missing extensions, invalid poses.
 #include "engine/display/hmd.h"
 
 #include <fmt/format.h>
@@ -25,13 +24,13 @@ namespace {
 using namespace xr;
 using namespace std::chrono_literals;
 
-constexpr double kNear = 0.02, kFar = 30;  // m, distances of the near and far clip planes from the eye
+constexpr double kNear = 0.02, kFar = 30;  // m, clip planes
 constexpr XrViewConfigurationType kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
 
-/// A frame whose predicted poses will be compared with the measured poses after its display time.
+/// For comparison after its display time.
 struct Shown {
   XrTime time = 0;
   HmdTiming timing;
@@ -231,7 +230,7 @@ class OpenXrHmd final : public Hmd {
   }
 
   void vibrate(int hand, const Vibration& vibration) override {
-    // The vibration lasts a little longer than a frame, so that it ends by itself if no further frame comes.
+    // A little longer than a frame: ends by itself.
     input_->vibrate(hand, vibration, 50'000'000);
   }
 
@@ -271,8 +270,7 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // The picture's size is the size that the runtime recommends, multiplied by the rig's factor `resolution`. The
-      // size is limited to the largest size that the headset and the runtime allow.
+      // Recommended × `resolution`, within headset and runtime.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -397,8 +395,7 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // The runtime changed the session's state again before this call, so the call fails. The next event contains
-        // the new state.
+        // The state changed meanwhile; the next event tells.
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;
@@ -420,8 +417,7 @@ class OpenXrHmd final : public Hmd {
         if (!asked_to_exit_) throw RunFailure("headset: the runtime is going away (session loss pending)");
         over_ = true;
         break;
-      // the other states (idle, synchronized, visible, focused) need no action, because xrWaitFrame and xrSyncActions
-      // report their effect
+      // xrWaitFrame and xrSyncActions report the others
       default:
         break;
     }
@@ -486,8 +482,7 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          // The runtime gives the corners of the hidden area in the plane z = −1 of the eye's frame. Projects them into
-          // the picture.
+          // Corners at z = −1, projected.
           const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));
@@ -506,10 +501,9 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// For every frame whose display time has passed, compares the predicted head pose with the head pose that the
-  /// runtime measured at this time. (A runtime stores measured poses for at least 50 ms.)
+  /// Predicted against measured head (runtimes keep 50 ms).
   void judge(XrDuration period) {
-    // If the runtime's clock cannot be read, this value is used as the present time. It is certainly in the past.
+    // Certainly past, if the clock cannot be read.
     XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();

@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <sys/ipc.h>
 #include <sys/shm.h>
-// This include is the last one, because Xlib defines macros with names like None, Bool and Status.
+// Last: Xlib defines None, Bool, Status.
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XShm.h>
@@ -64,7 +64,7 @@ class XPicture final : public SharedPicture {
       XSetErrorHandler(before);
       attached_ = attached_ && !refused;
     }
-    // the memory is freed when its last user detaches or ends, for whatever reason
+    // freed with its last user
     ::shmctl(segment_.shmid, IPC_RMID, nullptr);
     if (!attached_) return drop(), false;
     if (composed_) return true;
@@ -92,8 +92,7 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      // Waits until the GPU has finished the picture, because copy() reads it below. The renderer waits for a frame
-      // only when it draws a later frame, so nothing else waits for the newest frame.
+      // copy() reads it; nothing else waits for the newest frame.
       gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
     XSync(display_, False);  // waits until the server has read the previous frame
     if (composed_)

@@ -1,6 +1,5 @@
-// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering, the picture goes through
-// memory that the window shares with the desktop. This file handles resizing, minimising and a lost surface. If the
-// device is lost, the window reports the loss to its caller, and the caller creates everything again.
+// GLFW window: Vulkan presents, or memory shared with the desktop. Resizing, minimising, lost surfaces; a lost device
+// is the caller's.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -22,7 +21,7 @@ namespace typodont::display {
 
 namespace {
 
-/// GLFW stays initialised until the program ends, because windows open and close repeatedly.
+/// Until the end: windows come and go.
 void ensure_glfw() {
   static const bool started = glfwInit() == GLFW_TRUE;
   if (!started) {
@@ -56,7 +55,7 @@ class Window final : public Output {
       glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
-    // the trainee's full-screen picture must stay if another window gets the focus
+    // full screen stays without focus
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
@@ -99,14 +98,13 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // Shows the previous picture now, except if the CPU composes it. A picture that the CPU composes is shown only
-    // after the next frame was submitted, so that the device draws while the CPU composes.
+    // Unless the CPU composes it: then after the next submission, so both work at once.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // the last picture cannot be shown any more, because the window was resized
+        unshown_ = false;  // resized
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;
@@ -134,9 +132,7 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// With a GPU, shows the frame at once. With software rendering, showing a frame would wait until the CPU has drawn
-  /// it. So the frame is shown later, and the caller can prepare the next frame in the meantime: at the next acquire()
-  /// or present(), or at the second poll() if the caller draws no further frame.
+  /// GPU: at once. Software: at the next acquire(), present() or second poll(), because it would wait.
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -160,8 +156,7 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 hides a minimised window but keeps its size. Other desktops set the size of a minimised window to zero. So the
-  // function tests whether the window is shown and whether its size is positive.
+  // X11 keeps a minimised window's size, others set zero.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
@@ -228,8 +223,7 @@ class Window final : public Output {
  private:
   static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
 
-  /// Queries the window's state from the desktop. Each query is slow, because it waits for the answer of another
-  /// process.
+  /// Slow: a round trip.
   void ask() {
     glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
     glfwGetWindowSize(window_, &size_.x, &size_.y);
@@ -238,7 +232,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// Returns the time in s between two refreshes of the screen that shows the window.
+  /// s, of the window's screen.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
@@ -246,7 +240,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Limits the frame rate. On some desktops (for example Xvfb), presenting a frame does not wait for the screen.
+  /// Some desktops (Xvfb) do not wait.
   void limit_frame_rate() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();
@@ -254,12 +248,11 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// Returns false if this frame cannot be shown. Stores whether the swapchain or the surface must be renewed before
-  /// the next frame.
+  /// false: not shown; notes what to renew.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {
-      stale_ = true;  // the swapchain must be renewed, but this frame can still be shown
+      stale_ = true;  // shown, but renew the swapchain
       return true;
     }
     if (result == VK_ERROR_OUT_OF_DATE_KHR) {
@@ -274,8 +267,7 @@ class Window final : public Output {
     return false;
   }
 
-  /// Adapts the shared memory to the window's size. Returns false if no memory can be shared; the next frame tries
-  /// again.
+  /// False: none; the next frame tries again.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);
@@ -312,8 +304,7 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // The eyes' pictures contain sRGB bytes, which must stay unchanged. So the surface gets a format that does not
-    // convert to sRGB.
+    // sRGB bytes stay: a format without conversion.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");
@@ -368,8 +359,7 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // The number of semaphores is one more than the number of frames in flight, so that no semaphore is reused while a
-    // frame waits for it.
+    // One more than frames in flight.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -422,7 +412,7 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;                // true if the last target was presented but is not yet shown
+  bool unshown_ = false;                // presented, not yet shown
   int polls_ = 0;                       // number of polls since the last target was presented
   UserInput events_;                    // input events of the user since the last call of poll()
   std::array<ButtonQueue, 3> buttons_;  // left, right, middle

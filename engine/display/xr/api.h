@@ -1,4 +1,4 @@
-// OpenXR functions by name, from a loader library that is opened at run time: the program does not link to OpenXR.
+// OpenXR by name, from a loader opened at run time.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -20,8 +20,7 @@
 
 namespace typodont::display::xr {
 
-/// All functions that the program uses. The second list contains functions of extensions, which are null if the
-/// extension is not enabled. (Without the next line, clang-format would change the first list at every run.)
+/// The second list: extensions, null if not enabled. (clang-format would change the first one each run.)
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \
@@ -65,14 +64,14 @@ class Api {
   const std::string& runtime() const { return runtime_; }
   XrInstance instance() const { return instance_; }
 
-  /// Makes a supervised call. Returns success codes. For error codes, throws RunFailure with the call's name.
+  /// Supervised; throws RunFailure with the call's name.
   template <class F, class... A>
   XrResult call(const char* name, F function, A... arguments) {
     const XrResult result = attempt(name, function, arguments...);
     if (XR_FAILED(result)) fail(name, result);
     return result;
   }
-  /// Calls a function of the headset's runtime as call() does, but never throws.
+  /// As call(), never throws.
   template <class F, class... A>
   XrResult attempt(const char* name, F function, A... arguments) {
     gate_.enter(name);
@@ -80,8 +79,7 @@ class Api {
     gate_.leave();
     return result;
   }
-  /// Queries an array with two calls, as OpenXR requires: the first call returns the length, the second call fills the
-  /// array.
+  /// Length, then content.
   template <class T, class F, class... A>
   std::vector<T> list(const char* name, F function, const T& empty, A... arguments) {
     std::uint32_t count = 0;

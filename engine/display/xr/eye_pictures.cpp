@@ -25,8 +25,7 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // The renderer's own format is preferred, because pictures in this format are copied without conversion. An 8-bit
-  // linear format is the last choice, because the runtime's compositor would interpret the sRGB bytes as linear light.
+  // The renderer's first (no conversion), 8-bit linear last (taken for linear light).
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})
@@ -38,7 +37,7 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   if (!wants_depth_) return;
   try {
     depth_ = create(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-  } catch (const RunFailure&) {  // the driver cannot share depth images, so no depth is passed to the runtime
+  } catch (const RunFailure&) {  // no shared depth
     wants_depth_ = false;
   }
 }

@@ -1,4 +1,4 @@
-// The swapchains for the two eyes' pictures, and the transfer of the drawn pictures into them.
+// Swapchains of both eyes, and copies into them.
 #pragma once
 
 #include <array>
@@ -12,8 +12,7 @@ namespace typodont::display::xr {
 
 class EyePictures {
  public:
-  /// Creates the swapchains. `size`: size of each eye's picture in pixels. `depth`: true if depth is also submitted,
-  /// provided that the runtime supports it. Throws Error.
+  /// `size`: pixels; `depth`: if supported. Throws Error.
   EyePictures(Api& api, XrSession session, const std::string& headset, ivec2 size, bool depth);
   ~EyePictures();
   EyePictures(const EyePictures&) = delete;
@@ -21,8 +20,7 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// Records the commands that copy the pictures into the swapchains (see Hmd::record). The swapchains' images belong
-  /// to the program until release(), and to the runtime afterwards.
+  /// See Hmd::record. The images are ours until release().
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 

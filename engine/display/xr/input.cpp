@@ -125,7 +125,7 @@ void Input::suggest() {
     const XrInteractionProfileSuggestedBinding info{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                     path(profile.path), static_cast<std::uint32_t>(bindings.size()),
                                                     bindings.data()};
-    // A runtime may reject the bindings of a controller that it does not know. This is no error.
+    // Unknown controllers may be rejected.
     const XrResult result = api.attempt("xrSuggestInteractionProfileBindings", api.SuggestInteractionProfileBindings,
                                         api.instance(), &info);
     if (XR_FAILED(result) && result != XR_ERROR_PATH_UNSUPPORTED)
@@ -156,7 +156,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
     hand.change_tool = pressed(change_tool, hands[i]);
     hand.mirror = pressed(mirror, hands[i]);
     out.recentre = pressed(recentre, hands[i]) || out.recentre;
-    // Uses the controller's aim pose. If the runtime has no aim pose for it, uses the grip pose.
+    // Aim, else grip.
     for (const auto& [what, space] : {std::pair{aim, aim_spaces[i]}, std::pair{grip, grip_spaces[i]}}) {
       const XrActionStateGetInfo info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, what, hands[i]};
       XrActionStatePose state{XR_TYPE_ACTION_STATE_POSE};
@@ -164,7 +164,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
       if (!state.isActive) continue;
       XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
       api.call("xrLocateSpace", api.LocateSpace, space, base, time, &location);
-      // A hand that is out of sight can have a valid pose that is not tracked. Such a pose must not move a drill.
+      // Valid but untracked poses must not move a drill.
       if ((location.locationFlags & kTracked) != kTracked) continue;
       hand.tracked = true;
       hand.X_DA = pose_of(location.pose);

@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Returns the display names of the controllers. Must be called again after a change of controllers.
+  /// Again after a change of controllers.
   std::string profiles();
 
  private:

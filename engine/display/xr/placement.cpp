@@ -32,8 +32,7 @@ void Placement::recentre() {
 void Placement::place(const Pose& X_DV) {
   dvec3 forward = X_DV.R * dvec3(0, 0, -1);
   forward.y = 0;
-  // If the user looks straight up or down, the viewing direction has no horizontal part. Then the direction of the
-  // head's top or chin is used as the forward direction.
+  // Straight up or down: along the top or chin.
   if (glm::length(forward) < 0.05) {
     forward = X_DV.R * dvec3(0, (X_DV.R * dvec3(0, 0, -1)).y < 0 ? 1 : -1, 0);
     forward.y = 0;

@@ -1,5 +1,4 @@
-// Pose of the headset's space D in the workbench W. The pose is either measured, or chosen so that the tissue is in
-// front of the user.
+// D in W: measured, or with the tissue in front of the user.
 #pragma once
 
 #include <openxr/openxr.h>
@@ -16,16 +15,13 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// Stores the announcement of the headset's runtime that it will move its coordinate space at `time`. `X_old_new` is
-  /// the pose of the new space in the old space, if known.
+  /// The runtime will move its space at `time`; X_old_new if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies the announced moves of the space. A measured workbench keeps its position in the room. Otherwise the
-  /// tissue is placed in front of the user again.
+  /// A measured bench stays in the room; otherwise in front of the user again.
   void follow(XrTime display_time);
-  /// Places the tissue in front of the user again, unless its position is measured.
+  /// Unless measured.
   void recentre();
-  /// Reports the pose of the user's head, X_DV, in the headset's space D. If the tissue has no position yet, it is
-  /// placed in front of the user.
+  /// Head in D; places the tissue the first time.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
@@ -33,8 +29,7 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// Places the tissue in front of the head, which has the pose X_DV in the headset's space D. In frame W, y points
-  /// away from the user and z up; the user sits at negative y.
+  /// In front of X_DV. W: y away, z up, user at negative y.
   void place(const Pose& X_DV);
 
   struct Move {

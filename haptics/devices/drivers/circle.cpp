@@ -1,14 +1,12 @@
-// An example of a driver. To support a new device, copy this file. The example needs no hardware: its hand moves on a
-// circle with the given radius in mm, once per second, ignores forces, and presses its pedal half of the time.
+// A driver to copy: its hand goes round a circle (mm) once per second, ignores forces, presses half of the time.
 //
-//   1. Derive a class from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write()
-//      sends the force, and release() sends zero force from any thread. None of them throws, allocates or locks.
-//   2. Open the device in a function that throws Error with a message that helps the user. Access hardware through
-//      Link (link.h), so that tests can connect an emulator.
-//   3. Define NAME_driver in drivers/NAME.cpp. The build adds the driver, and `typodont devices` and the option --hand
-//      then know it.
+//   1. Derive from HapticDevice. read() waits for the next sample (the servo's clock), write() sends the force,
+//   release()
+//      sends zero from any thread. None throws, allocates or locks.
+//   2. Open the device in a function that throws a helpful Error. Use Link (link.h), so that tests can emulate.
+//   3. Define NAME_driver in drivers/NAME.cpp; `typodont devices` and --hand then know it.
 //
-// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the pose of the base from the rig.
+// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the rig's base.
 #include <charconv>
 #include <cmath>
 

@@ -1,5 +1,4 @@
-// Driver for the devices omega, sigma, lambda (Force Dimension) and Falcon (Novint). It loads the library libdhd or
-// libdrd at run time.
+// omega, sigma, lambda (Force Dimension), Falcon (Novint), through libdhd or libdrd at run time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -60,10 +59,9 @@ struct Api {
   }
 };
 
-constexpr int kMost = 16;  // largest index of a device; a larger number in an address is a serial number
+constexpr int kMost = 16;  // index; larger numbers are serial numbers
 
-/// Peak force and stiffness that the manufacturer recommends for a device. The row of a device in this table is found
-/// by words in the name that the library reports.
+/// Recommended force and stiffness, by words of the reported name.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -96,7 +94,7 @@ FoundDevice found(int number, const DeviceInfo& info) {
   device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
   return device;
 }
-/// Returns why the last attempt to open a device failed, if the library states a reason.
+/// Reason of the last failure, if stated.
 std::string refusal(const Api& api) {
   const char* said = api.last_error ? api.last_error() : nullptr;
   return said && *said ? said : "it does not open";
@@ -123,10 +121,9 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, highest frequency; our low estimate for stiff arms with a 4 kHz controller
+    info_.vibration_band = 250;     // Hz, a low estimate for stiff 4 kHz arms
     info_.position_step = 0.01e-3;  // m, value that the manufacturer states for the omega (not verified)
-    // If this process ends, the controller's own watchdog switches off the motors. The argument is the watchdog's time
-    // in units of 125 µs (not verified), so 16 is 2 ms; 0 would disable the watchdog.
+    // The controller's watchdog in 125 µs (not verified): 2 ms; 0 disables.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -149,8 +146,7 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // The library returns a negative number for a failure. A small positive number means that the position has not
-    // changed.
+    // Negative: failure; small positive: unchanged.
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {
@@ -185,7 +181,7 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
-  // rad, joint angles in the order of the library (DHD_MAX_DOF elements); only base and wrist are used
+  // rad, DHD_MAX_DOF; base and wrist are used
   std::array<double, 8> joints_{};
   std::size_t joint_count_ = 0;
   bool wrist_ = false;

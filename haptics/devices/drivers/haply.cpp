@@ -18,8 +18,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// Time in ns without a state message from the service after which a force is sent again. The service sends a state
-// message only as the answer to a force.
+// ns without a state, then a force again: states answer forces
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
@@ -65,9 +64,9 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    // ns, time spent waiting for the service; the time in which this process did not run is not counted
+    // ns, without pauses of this process
     Nanos waited = 0;
-    if (!started_) release();  // sends zero force, to which the service answers with the first state
+    if (!started_) release();  // the service answers with the first state
     started_ = true;
     bool fresh = false, rubbish = false;
     Nanos t = socket_.now();
@@ -91,8 +90,7 @@ class HaplyDevice : public HapticDevice {
           continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // Sends zero force, to which the service answers with the next state. This is done only once, even if many
-        // invalid messages arrive.
+        // Once, even for many invalid messages: the next state answers.
         if (!rubbish) release();
         rubbish = !state;
         continue;
@@ -100,12 +98,12 @@ class HaplyDevice : public HapticDevice {
       if (fresh && spacing_.left(t) > 0) continue;
       if (fresh) return hand_over(sample, t);
       faults_ |= bits(Fault::kBadInput);
-      release();  // no answer came, so zero force is sent to request a state
+      release();  // no answer: request a state
     }
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // The watchdog process must know of every force. So it is informed before the force is sent.
+    // The watchdog process must know of every force first.
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }
@@ -142,7 +140,7 @@ class HaplyDevice : public HapticDevice {
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  // A second process. It sends zero force if this process can no longer do so.
+  // Sends zero force if this process cannot.
   std::optional<WatchdogProcess> watchdog_process_;
   std::uint32_t faults_ = 0;
   bool started_ = false;
@@ -175,7 +173,7 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   const auto id_text = id ? id->string() : std::nullopt;
   const auto state = arm->get("state");
   const auto position = state ? vector_of(state->get("cursor_position")) : std::nullopt;
-  // An identifier with quotes or escapes is refused, because it is inserted into the messages to the service.
+  // It is inserted into messages: no quotes or escapes.
   HaplyState out;
   if (!id_text || id_text->empty() || id_text->size() >= out.id.size() ||
       id_text->find_first_of("\\\"") != std::string_view::npos || !position) {

@@ -1,6 +1,5 @@
-// Driver for the devices Touch and Phantom (3D Systems). It loads the library libHD.so of OpenHaptics at run time. The
-// library's scheduler runs at 1 kHz. Its callback samples the device, passes the sample to the servo and sends the
-// servo's latest force. The callback does not send a force that is older than two callbacks, so it is also a watchdog.
+// Touch and Phantom (3D Systems), through libHD.so at run time. Its callback (1 kHz) samples, and sends no force older
+// than two callbacks: a watchdog.
 #include <fmt/format.h>
 #include <semaphore.h>
 #include <time.h>
@@ -99,7 +98,7 @@ struct Api {
   }
 };
 
-/// Opens a device and returns its handle, or kInvalid if there is no such device. The name "" means the default device.
+/// kInvalid: no such device; "": default.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
@@ -144,7 +143,7 @@ VendorDevices& devices() {
   return all;
 }
 
-/// The scheduler of the library, which all arms share. The first arm starts it, and the last arm stops it.
+/// Shared by all arms, from the first to the last.
 class Scheduler {
  public:
   void join(const Api& api) {
@@ -175,7 +174,7 @@ class OpenHapticsDevice : public HapticDevice {
     api_.make_current(device_);
     info_ = describe(api_, name);
     info_.vibration_band = 100;      // Hz, largest frequency that the device can render; our low estimate
-    info_.position_step = 0.055e-3;  // m, nominal value of the Touch; the Phantoms have a smaller step
+    info_.position_step = 0.055e-3;  // m, of the Touch; Phantoms are finer
     use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
@@ -188,8 +187,7 @@ class OpenHapticsDevice : public HapticDevice {
     ending_.store(true);
     api_.unschedule(task_);
     scheduler().leave(api_);
-    // Waits until the callback of this arm has ended, because the scheduler continues for other arms. A callback takes
-    // microseconds. The wait has a limit, because the library may hang.
+    // Until this arm's callback has ended (microseconds; limited, the library may hang).
     for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);
@@ -225,14 +223,13 @@ class OpenHapticsDevice : public HapticDevice {
     released_.store(false);
     forces_.publish(f_T_W);
   }
-  // Only the scheduler's thread may access the device. It reads this flag within a millisecond and then sends zero
-  // force.
+  // The scheduler reads it within a millisecond and sends zero.
   void release() noexcept override { released_.store(true); }
 
  private:
   struct Sample {
     HandSample hand;
-    // rad, in the order of the library: turret, thigh, shin, three joints of the gimbal
+    // rad: turret, thigh, shin, gimbal
     std::array<double, 6> joints{};
     bool error = false;
   };
@@ -280,10 +277,10 @@ class OpenHapticsDevice : public HapticDevice {
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
   Latest<Sample> samples_;  // passes samples from the scheduler to the servo
   Latest<dvec3> forces_;    // passes forces from the servo to the scheduler
-  int age_ = 1000;          // number of callbacks since the servo's last force; used only by the scheduler's thread
+  int age_ = 1000;          // callbacks since the last force; scheduler's thread
 };
 
-/// Names of the devices that the user has set up with the vendor's program. Each device has a file.
+/// One file per device set up with the vendor's program.
 std::vector<std::string> configured_names() {
   const char* home = std::getenv("GTDD_HOME");
   const std::filesystem::path folder = std::filesystem::path(home ? home : "/usr/share/3DSystems") / "config";

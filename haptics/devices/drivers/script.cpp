@@ -1,5 +1,4 @@
-// Driver for the addresses script:HAND.csv and script:HAND.json, which are hands without hardware
-// (haptics/scripted_hand.h).
+// script:HAND.csv and script:HAND.json (haptics/scripted_hand.h).
 #include "engine/base/error.h"
 #include "haptics/devices.h"
 #include "haptics/scripted_hand.h"

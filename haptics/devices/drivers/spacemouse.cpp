@@ -16,8 +16,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kFullScale = 350;  // counts at full deflection of the cap
-// ns without a report from the SpaceMouse after which its cap counts as released. A deflected cap sends reports more
-// often.
+// ns without a report: released
 constexpr Nanos kSilence = 200'000'000;
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
@@ -35,8 +34,7 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Converts the deflection of each axis to a response. The response is zero in the dead zone (fraction `dead` of the
-/// range). Beyond it, the response rises from zero with a small initial slope.
+/// Zero in the dead zone `dead`, then rising gently.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -46,8 +44,7 @@ dvec3 shape(const dvec3& v, double dead) {
   return out;
 }
 
-/// Converts from the cap's axes (x right, y towards the user, z down) to frame H of the device's base (x right, y away
-/// from the user, z up).
+/// x right, y to the user, z down → H: x right, y away, z up.
 dvec3 cap_to_base(const dvec3& v) {
   return {v.x, -v.y, -v.z};
 }
@@ -64,7 +61,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // If the servo has paused, the samples that it missed are skipped.
+    // Skips samples missed in a pause.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
@@ -78,8 +75,7 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // If no report arrives, the cap of the SpaceMouse counts as released. Otherwise the tool would drift if the last
-    // report, which states that the cap is released, was lost.
+    // Or the tool would drift after a lost release.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
@@ -114,8 +110,7 @@ class SpaceMouse : public HapticDevice {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    // Selects the HID interface of the cap (a multi-axis controller), because receivers and newer models have other
-    // interfaces, too.
+    // The multi-axis interface of several.
     if (!is_spacemouse(node.vendor, node.product)) continue;
     if (node.usage_page != 0 && !(node.usage_page == 1 && node.usage == 8)) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;

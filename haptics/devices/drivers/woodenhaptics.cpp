@@ -19,11 +19,10 @@ namespace typodont::haptics {
 
 namespace {
 
-// Time in ns without a report after which zero currents are sent again. The board sends a report only as the answer to
-// a command.
+// ns without a report, then zero currents again: reports answer commands
 constexpr Nanos kWake = 10'000'000;
-constexpr Nanos kRestOfLine = 2'000'000;  // ns, longest time that the second half of a line may take
-constexpr Nanos kLost = 100'000'000;      // ns without a valid report after which the connection counts as lost
+constexpr Nanos kRestOfLine = 2'000'000;  // ns for the second half of a line
+constexpr Nanos kLost = 100'000'000;      // ns without a valid report: lost
 constexpr double kGravityRamp = 0.5;      // s, time constant of the gradual start of the gravity compensation
 
 class ArmDevice : public HapticDevice {
@@ -53,7 +52,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // ns, time spent waiting for the arm; the time in which this process did not run is not counted
+    Nanos waited = 0;  // ns, without pauses of this process
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -68,8 +67,7 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        // A serial port may deliver only the first half of a line. In this case, the rest is awaited before the line is
-        // parsed.
+        // Awaits the rest of half a line.
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
           release();  // sends zero force, to which the board answers with a report
@@ -100,7 +98,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // The watchdog process must know of every force. So it is informed before the currents are sent.
+    // The watchdog process must know first.
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -112,9 +110,7 @@ class ArmDevice : public HapticDevice {
   }
 
  private:
-  /// Waits for a report, and then reads all reports that the board has sent meanwhile. Reports queue up while the servo
-  /// is late, and a board may send reports without request. Only the newest report contains the hand's present
-  /// position. Returns the result of Link::read().
+  /// Waits, then reads all queued reports; the newest has the present position. Returns Link::read()'s result.
   int read_newest(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
@@ -145,10 +141,10 @@ class ArmDevice : public HapticDevice {
     return report;
   }
 
-  /// Updates the encoders and faults from a report. Returns false if the report's values are impossible.
+  /// false: impossible values.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    // if the clock has jumped, any position is accepted that the arm can reach within 0.5 s
+    // clock jumped: what the arm can reach in 0.5 s
     if (!(dt > 0 && dt < 0.5)) dt = 0.5;
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
@@ -163,7 +159,7 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      // the pose jumps when the arm is homed, so the force in this tick must be zero
+      // the pose jumps: no force in this tick
       if (homed_) faults_ |= bits(Fault::kBadInput);
       homed_ = true;
       slipped = false;
@@ -194,12 +190,11 @@ class ArmDevice : public HapticDevice {
 
 bool is_arm(const HidNode& node) {
   if (node.vendor == 0x1234 && node.product == 0x0006) return true;
-  // Usage page and usage are compared, too, because a Teensy in raw HID mode has a second interface (its serial
-  // emulation) with the same vendor and product numbers.
+  // A raw HID Teensy has a second interface with the same numbers.
   return node.vendor == 0x16c0 && node.product == 0x0486 && node.usage_page == 0xffab && node.usage == 0x0200;
 }
 
-/// Lists the Teensy boards on serial ports, by names that do not change.
+/// By stable names.
 std::vector<std::filesystem::path> serial_boards() {
   std::vector<std::filesystem::path> found;
   std::error_code none;
@@ -226,7 +221,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
   return device;
 }
 
-/// Returns the serial number from a port's name, for example "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
+/// "1234560" of "usb-Teensyduino_USB_Serial_1234560-if00".
 std::string serial_of(const std::filesystem::path& port) {
   std::string name = port.filename().string();
   name = name.substr(0, name.find("-if"));
@@ -278,7 +273,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // The board sends lines only after it has received a command. The first lines may come from an earlier session.
+    // Lines only after a command; the first may be old.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {
@@ -296,7 +291,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   for (int round = 0; link.now() < give_up; ++round) {
     const int n = link.read(buffer, kWake);
     if (n < 0) throw Error(where, "", "a device that was unplugged", "a WoodenHaptics or Polhem board");
-    if (n == 0) {  // the board is idle, or it expects a command of another length
+    if (n == 0) {  // idle, or expects another length
       static constexpr ArmProtocol kKinds[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
       link.write(encode(kKinds[round % 3], dvec3(0)).span());
       continue;
@@ -304,8 +299,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      // A protocol is accepted after two reports with its length, because a single report could have this length by
-      // chance.
+      // Two reports of its length, against chance.
       if (last == static_cast<std::size_t>(n)) return {*protocol, 0};
     }
     last = static_cast<std::size_t>(n);
