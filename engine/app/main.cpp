@@ -83,6 +83,7 @@ static int run_program(int argc, char** argv) {
   add_devices_command(program);
   add_doctor_command(program);
   add_experiment_command(program);
+  add_repair_command(program);
   add_rescore_command(program);
   add_sign_command(program);
   add_sound_command(program);

@@ -13,7 +13,8 @@
 namespace typodont {
 
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate) {
-  if (address.starts_with("replay:")) return open_replay_hand(address.substr(7), rate, /*paced=*/false);
+  if (address.starts_with("replay:"))
+    return open_replay_hand(session::SessionReader(address.substr(7)), rate, /*paced=*/false);
   const std::string file = address.starts_with("script:") ? address.substr(7) : address;
   return haptics::open_scripted_hand(file, rate, /*paced=*/false, tool_names(scene));
 }

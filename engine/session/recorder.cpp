@@ -171,12 +171,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   // From here on, the file can be opened even if the program is killed. So a live recording gets its final name now.
   if (!options.whole_or_nothing) {
     try {
-      if (journal) {
-        // Removes the journal of an earlier recording with this name.
-        std::error_code code;
-        if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
-        journal->start();
-      }
+      if (journal) journal->start();
       partial->keep();
     } catch (const Error&) {
       ::close(lock_fd);
@@ -221,7 +216,8 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   const auto dump = [](const nlohmann::json& j) {
     return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
-  bool good = set_attribute(root, "format", kFormatName) &&
+  bool good = (!journal || set_attribute(root, "recording", journal->recording())) &&
+              set_attribute(root, "format", kFormatName) &&
               set_attribute(root, "format_version", std::uint64_t{kFormatVersion}) &&
               set_attribute(root, "program_version", header.program_version) &&
               set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
@@ -631,6 +627,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
       s.pictures.end_row();
       if (s.pictures.full()) s.write_table(s.pictures, s.status.lost.pictures_disk);
       s.png_bytes = end;
+      good = good && H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) >= 0;  // the size of a journal is limited
     }
     s.write_table(s.pictures, s.status.lost.pictures_disk);
     good = s.write_lost() && good;

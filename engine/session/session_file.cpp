@@ -1,7 +1,7 @@
 #include "engine/session/session_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -16,10 +16,12 @@
 #include "engine/base/partial_file.h"
 #include "engine/base/sync.h"
 #include "engine/session/format/checks.h"
+#include "engine/session/format/file_bytes.h"
 #include "engine/session/format/hdf5.h"
 #include "engine/session/format/journal.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/recorder.h"
+#include "engine/session/signature.h"
 
 namespace typodont::session {
 
@@ -200,55 +202,15 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// Makes a changeable copy of the file in the same folder or in the temporary folder. Returns no value if there is no
-/// space for it.
-std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
-  std::error_code code;
-  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
-    std::string name = (folder / fmt::format(".{}.XXXXXX", file.filename().string())).string();
-    const int fd = mkstemp(name.data());
-    if (fd < 0) continue;
-    close(fd);
-    if (std::filesystem::copy_file(file, name, std::filesystem::copy_options::overwrite_existing, code)) {
-      std::filesystem::permissions(name, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
-                                   code);
-      return name;
-    }
-    std::filesystem::remove(name, code);
-  }
-  return std::nullopt;
-}
-
-/// Makes a copy of the file after a power cut, and writes the journal's changes into it. Returns no value if there is
-/// no journal.
-std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
-  if (!has_journal(file)) return std::nullopt;
-  auto copy = private_copy(file);
-  std::error_code code;
-  if (copy && apply_journal(file, *copy)) return copy;
-  if (copy) std::filesystem::remove(*copy, code);
-  return std::nullopt;
-}
-
-/// Makes a copy of a truncated file, so that HDF5 can open it. The missing part is filled with zeros, which the
-/// checksums then detect. Returns no value if the file is not truncated or if there is no space for a copy.
-std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
-  // Reads the superblock (header) of the HDF5 file, version 3: a signature of 8 bytes, the version, the size of
-  // offsets, and at byte 28 the end of the file.
+/// Returns the length that the superblock (header) of an HDF5 file states, version 3: a signature of 8 bytes, the
+/// version, the size of offsets, and at byte 28 the end of the file. Returns 0 for other files.
+std::uint64_t stated_length(const FileBytes& bytes) {
   std::array<char, 48> block{};
-  std::ifstream(file, std::ios::binary).read(block.data(), block.size());
-  if (std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0) return std::nullopt;
+  if (!bytes.read(block.data(), block.size(), 0) || std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0)
+    return 0;
   std::uint64_t end = 0;
   std::memcpy(&end, block.data() + 28, sizeof end);
-  std::error_code code;
-  const std::uint64_t size = std::filesystem::file_size(file, code);
-  if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
-  auto copy = private_copy(file);
-  if (!copy) return std::nullopt;
-  std::filesystem::resize_file(*copy, end, code);  // the added part is sparse, so it needs no disk space
-  if (!code) return copy;
-  std::filesystem::remove(*copy, code);
-  return std::nullopt;
+  return end;
 }
 
 /// Reads a small dataset (from open_dataset()) with exactly `count` numbers. If `count` is 0, the dataset must be a
@@ -263,6 +225,9 @@ bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
 }  // namespace
 
 struct SessionReader::Impl {
+  explicit Impl(std::shared_ptr<FileBytes> file_bytes) : opened(std::move(file_bytes)), file(opened->file()) {}
+
+  std::shared_ptr<FileBytes> opened;  // must exist longer than h5
   std::filesystem::path file;
   SessionHeader header;
   bool truncated = false, being_recorded = false, marked = false;
@@ -288,37 +253,28 @@ struct SessionReader::Impl {
 
 void SessionReader::Impl::open() {
   const H5Quiet quiet;
-  std::error_code code;
-  require_input(file, InputKind::kSession);
-  if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
-  being_recorded = is_being_recorded(file);
-  const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
+  being_recorded = is_being_recorded(opened->fd());
+  const auto open_as = [&](unsigned flags) {
     // If a checksum is wrong because a writer is active, HDF5 tries again after a pause, and each pause is twice as
     // long as the previous one. 20 attempts take a millisecond; the last pauses of HDF5's default of 100 attempts would
     // be practically endless.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
-    h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
+    if (opened->use(properties.get())) h5 = H5(H5Fopen(file.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut during a flush leaves a journal. In this case, a copy of the file with the journal's changes is read.
-  if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
-    marked = true;
-    if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-    std::filesystem::remove(*copy, code);  // the open file stays readable after it is removed
-  }
   // A killed writer leaves a mark in the file. HDF5's normal mode refuses a file with this mark, but its mode for
-  // concurrent readers accepts it. Both modes refuse a file that is shorter than its header states.
-  if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
-    marked = true;
-    if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
-      const std::string why = h5_reason();
-      if (const auto copy = lengthened_copy(file)) {
-        if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-        std::filesystem::remove(*copy, code);  // the open file stays readable after it is removed
-      }
-      if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
+  // concurrent readers accepts it.
+  marked = !open_as(H5F_ACC_RDONLY);
+  if (marked && !open_as(H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
+    const std::string why = h5_reason();
+    // Both modes refuse a file that is shorter than its header states. The missing part is shown as zeros, which the
+    // checksums then detect.
+    if (stated_length(*opened) > opened->size()) {
+      opened->lengthen(stated_length(*opened));
+      if (!open_as(H5F_ACC_RDONLY)) open_as(H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
     }
+    if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
   }
   std::string format;
   std::uint64_t version = 0, complete = 0;
@@ -559,9 +515,22 @@ void SessionReader::Impl::find_gaps() {
   std::stable_sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.from < b.from; });
 }
 
-SessionReader::SessionReader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  impl_->file = file;
-  impl_->open();
+OpenedSession::OpenedSession(const std::filesystem::path& file) : bytes_(std::make_shared<FileBytes>(file)) {}
+const std::filesystem::path& OpenedSession::file() const {
+  return bytes_->file();
+}
+std::span<const std::byte> OpenedSession::bytes() const {
+  return bytes_->in_memory();
+}
+
+SessionReader::SessionReader(const OpenedSession& session) : impl_(std::make_unique<Impl>(session.bytes_)) {
+  try {
+    impl_->open();
+  } catch (const Error& e) {
+    std::error_code code;
+    if (impl_->being_recorded || !std::filesystem::exists(journal_of(session.file()), code)) throw;
+    throw Error(fmt::format("{}; a power failure may have interrupted it: typodont repair", e.what()));
+  }
 }
 SessionReader::~SessionReader() = default;
 SessionReader::SessionReader(SessionReader&&) noexcept = default;
@@ -617,45 +586,67 @@ const std::optional<LoopReport>& SessionReader::loop() const {
   return impl_->loop;
 }
 
+namespace {
+
+/// Writes an interrupted recording as an ordinary file, without a result.
+void write_again(const SessionReader& reader, const std::filesystem::path& out) {
+  WriterOptions options;
+  options.rewrites = true;
+  options.lost_before = reader.lost();
+  options.disk_needed = options.disk_low = options.disk_reserve = 0;
+  SessionWriter writer(out, reader.header(), options);
+  writer.append(reader.patches());
+  writer.append(reader.cuts());
+  if (reader.loop()) writer.loop(*reader.loop());
+  for (const SessionEvent& event : reader.events()) writer.append(event);
+  for (std::size_t s = 0; s < reader.streams().size(); ++s) {
+    const StreamData& stream = reader.streams()[s];
+    std::vector<double> values(stream.columns.size());
+    for (std::size_t row = 0; row < stream.t.size(); ++row) {
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = stream.columns[i][row];
+      writer.append(s, stream.t[row], values);
+    }
+  }
+  constexpr std::uint64_t kPiece = 4096;
+  for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece)
+    writer.append(reader.ticks(first, kPiece));
+  writer.flush();
+  if (writer.status().state != WriterStatus::State::kRecording)
+    throw Error(reader.file().string(), "", writer.status().message, "a writable place to repair it");
+}
+
+}  // namespace
+
 bool repair_session(const std::filesystem::path& file) {
-  // The journal's changes are written to the file first, and the journal is removed only after that. So whenever the
-  // process ends, either the file is complete or its journal still exists.
-  if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
-    throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
+  std::error_code code;
+  if (std::filesystem::exists(signature_file(file), code))
+    throw Error(file.string(), "", "a signed session", "an unsigned recording that was cut off");
+  const OpenedSession session(file);
+  FileBytes& bytes = *session.bytes_;
+  if (is_being_recorded(bytes.fd())) return false;
+  std::vector<Change> changes = journal_changes(bytes);
+  const bool has_changes = !changes.empty();
+  bytes.show_with(std::move(changes));
   std::optional<PartialFile> partial;
   {
-    const SessionReader reader(file);
-    // Only a file whose recording was interrupted needs a repair. If the program that recorded the file closed it, the
-    // file is intact, even if it contains no result.
-    if (!reader.impl_->marked || reader.being_recorded()) return false;
-    std::error_code code;
-    if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
+    const SessionReader reader(session);
+    // A file that its program closed is intact, even if it contains no result.
+    if (!reader.impl_->marked && !has_changes) return false;
     partial.emplace(file, FileKind::kSession, Over::kItsInput, "repaired");
-    WriterOptions options;
-    options.rewrites = true;
-    options.lost_before = reader.lost();
-    options.disk_needed = options.disk_low = options.disk_reserve = 0;
-    SessionWriter writer(partial->path(), reader.header(), options);
-    writer.append(reader.patches());
-    writer.append(reader.cuts());
-    if (reader.loop()) writer.loop(*reader.loop());
-    for (const SessionEvent& event : reader.events()) writer.append(event);
-    for (std::size_t s = 0; s < reader.streams().size(); ++s) {
-      const StreamData& stream = reader.streams()[s];
-      std::vector<double> values(stream.columns.size());
-      for (std::size_t row = 0; row < stream.t.size(); ++row) {
-        for (std::size_t i = 0; i < values.size(); ++i) values[i] = stream.columns[i][row];
-        writer.append(s, stream.t[row], values);
-      }
+    if (!reader.impl_->marked) {
+      bytes.write_to(partial->path());
+    } else {
+      write_again(reader, partial->path());
     }
-    constexpr std::uint64_t kPiece = 4096;
-    for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece)
-      writer.append(reader.ticks(first, kPiece));
-    writer.flush();
-    if (writer.status().state != WriterStatus::State::kRecording)
-      throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
   }
+  // The name may belong to another file by now.
+  struct stat opened {
+  }, named{};
+  if (::fstat(bytes.fd(), &opened) != 0 || ::stat(file.c_str(), &named) != 0 || opened.st_ino != named.st_ino ||
+      opened.st_dev != named.st_dev)
+    throw Error(file.string(), "", "another file than the one that was read", "the recording to repair");
   partial->keep();
+  if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
   return true;
 }
 

@@ -9,6 +9,7 @@
 
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/session/opened_session.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session {
@@ -25,7 +26,8 @@ struct StreamData {
 /// Columns in units other than SI (tool_x_mm …) differ by at most one unit in the last place.
 class SessionReader {
  public:
-  explicit SessionReader(const std::filesystem::path& file);
+  explicit SessionReader(const OpenedSession& session);
+  explicit SessionReader(const std::filesystem::path& file) : SessionReader(OpenedSession(file)) {}
   ~SessionReader();
   SessionReader(SessionReader&&) noexcept;
   SessionReader& operator=(SessionReader&&) noexcept;
@@ -60,9 +62,10 @@ class SessionReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Converts a session that was cut off into an ordinary file that every HDF5 program can open. The session remains
-/// marked as truncated. Returns true if the file was rewritten, and false if it was intact or is still being recorded.
-/// The file is replaced completely or not at all. Throws Error if the file cannot be read or written.
+/// Recovers an unsigned recording whose program was killed or lost power: writes it again as an ordinary file that
+/// every HDF5 program can open, with the changes of its journal if the journal belongs to it, and replaces it
+/// completely or not at all. The session remains marked as truncated. Returns false if it was intact or is still being
+/// recorded. Throws Error if it is signed, or cannot be read or written.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
-#include <openssl/params.h>
+#include <openssl/hmac.h>
 #include <openssl/rand.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,10 +12,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <string_view>
-#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
@@ -26,7 +24,6 @@ namespace typodont::session {
 namespace {
 
 constexpr std::string_view kFormat = "typodont-signature-1 HMAC-SHA256";
-constexpr std::size_t kBlock = 1 << 20;  // number of bytes of the file that are read at once
 
 std::string hex(std::span<const unsigned char> bytes) {
   std::string text;
@@ -49,52 +46,21 @@ std::optional<std::array<unsigned char, 32>> from_hex(std::string_view text) {
   return bytes;
 }
 
-/// Computes the code HMAC-SHA256 of data that is added in pieces.
-class Mac {
- public:
-  explicit Mac(std::span<const unsigned char> key)
-      : algorithm_(EVP_MAC_fetch(nullptr, "HMAC", nullptr), EVP_MAC_free),
-        context_(algorithm_ ? EVP_MAC_CTX_new(algorithm_.get()) : nullptr, EVP_MAC_CTX_free) {
-    char digest[] = "SHA256";
-    const OSSL_PARAM parameters[] = {OSSL_PARAM_construct_utf8_string("digest", digest, 0), OSSL_PARAM_construct_end()};
-    check(context_ && EVP_MAC_init(context_.get(), key.data(), key.size(), parameters) == 1);
-  }
-  void add(std::span<const unsigned char> bytes) {
-    check(EVP_MAC_update(context_.get(), bytes.data(), bytes.size()) == 1);
-  }
-  std::array<unsigned char, 32> end() {
-    std::array<unsigned char, 32> code{};
-    std::size_t size = 0;
-    check(EVP_MAC_final(context_.get(), code.data(), &size, code.size()) == 1 && size == code.size());
-    return code;
-  }
-
- private:
-  static void check(bool done) {
-    if (!done) throw RunFailure("the cryptographic library computes no HMAC-SHA256");
-  }
-  std::unique_ptr<EVP_MAC, decltype(&EVP_MAC_free)> algorithm_;
-  std::unique_ptr<EVP_MAC_CTX, decltype(&EVP_MAC_CTX_free)> context_;
-};
-
-std::array<unsigned char, 32> code_of(const std::filesystem::path& session, const SigningKey& key) {
-  std::ifstream in = open_input(session, InputKind::kSession);
-  Mac mac(key.bytes);
-  std::vector<unsigned char> block(kBlock);
-  while (in) {
-    in.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
-    mac.add(std::span(block).first(static_cast<std::size_t>(in.gcount())));
-  }
-  if (!in.eof()) throw Error(session.string(), "", "a file that cannot be read to its end", "a session (.h5)");
-  return mac.end();
+std::array<unsigned char, 32> code_of(const OpenedSession& session, const SigningKey& key) {
+  const std::span<const std::byte> bytes = session.bytes();
+  return hmac_sha256(key.bytes, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
 
 std::array<unsigned char, 32> hmac_sha256(std::span<const unsigned char> key, std::span<const unsigned char> message) {
-  Mac mac(key);
-  mac.add(message);
-  return mac.end();
+  std::array<unsigned char, 32> code{};
+  unsigned size = 0;
+  if (!HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), message.data(), message.size(), code.data(),
+            &size) ||
+      size != code.size())
+    throw RunFailure("the cryptographic library computes no HMAC-SHA256");
+  return code;
 }
 
 std::string SigningKey::id() const {
@@ -151,16 +117,16 @@ void require_replaceable(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::filesystem::path sign_session(const std::filesystem::path& session, const SigningKey& key) {
+std::filesystem::path sign_session(const OpenedSession& session, const SigningKey& key) {
   const auto code = code_of(session, key);
-  const std::filesystem::path file = signature_file(session);
+  const std::filesystem::path file = signature_file(session.file());
   require_replaceable(file);
   write_file_atomically(file, fmt::format("{} {} {}\n", kFormat, key.id(), hex(code)));
   return file;
 }
 
-std::string what_is_wrong_with_signature(const std::filesystem::path& session, const SigningKey& key) {
-  const std::filesystem::path file = signature_file(session);
+std::string what_is_wrong_with_signature(const OpenedSession& session, const SigningKey& key) {
+  const std::filesystem::path file = signature_file(session.file());
   std::error_code code;
   if (!std::filesystem::exists(file, code)) return fmt::format("no signature ({})", file.string());
   const std::string text = read_input(file, InputKind::kJson);
@@ -177,10 +143,9 @@ std::string what_is_wrong_with_signature(const std::filesystem::path& session, c
   return "";
 }
 
-void require_signature(const std::filesystem::path& session, const std::filesystem::path& key) {
-  require_input(session, InputKind::kSession);
+void require_signature(const OpenedSession& session, const std::filesystem::path& key) {
   const std::string wrong = what_is_wrong_with_signature(session, load_key(key));
-  if (!wrong.empty()) throw RunFailure(fmt::format("{}: {}", session.string(), wrong));
+  if (!wrong.empty()) throw RunFailure(fmt::format("{}: {}", session.file().string(), wrong));
 }
 
 }  // namespace typodont::session

@@ -9,6 +9,8 @@
 #include <span>
 #include <string>
 
+#include "engine/session/opened_session.h"
+
 namespace typodont::session {
 
 /// A secret key of 32 bytes. The key file contains 64 hexadecimal digits and a line end, and only its owner may read
@@ -29,14 +31,13 @@ std::array<unsigned char, 32> hmac_sha256(std::span<const unsigned char> key, st
 
 /// Returns the path of a session's signature, SESSION.h5.sig.
 std::filesystem::path signature_file(const std::filesystem::path& session);
-/// Signs the present content of the file. Returns the path of the signature file, which is written completely or not at
-/// all.
-std::filesystem::path sign_session(const std::filesystem::path& session, const SigningKey& key);
-/// Checks a signature. Returns an empty text if the signature belongs to this key and these bytes. Otherwise returns
-/// what is wrong, as a part of a sentence: "no signature (…)", "the signature is of another key, …", "the file changed
-/// after it was signed".
-std::string what_is_wrong_with_signature(const std::filesystem::path& session, const SigningKey& key);
+/// Signs the bytes of the session. Returns the path of the signature file, which is written completely or not at all.
+std::filesystem::path sign_session(const OpenedSession& session, const SigningKey& key);
+/// Checks a signature. Returns an empty text if the signature belongs to this key and the session's bytes, which are
+/// the bytes that readers of `session` get. Otherwise returns what is wrong, as a part of a sentence: "no signature
+/// (…)", "the signature is of another key, …", "the file changed after it was signed".
+std::string what_is_wrong_with_signature(const OpenedSession& session, const SigningKey& key);
 /// Checks a signature. Throws RunFailure if the signature is wrong, and Error if the key is invalid.
-void require_signature(const std::filesystem::path& session, const std::filesystem::path& key);
+void require_signature(const OpenedSession& session, const std::filesystem::path& key);
 
 }  // namespace typodont::session

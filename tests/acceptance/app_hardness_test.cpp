@@ -111,7 +111,7 @@ TEST_F(GradedCaries, ALiveSessionWithAnUndoneStrokeIsReplayedBitForBit) {
     bench.stop();
     EXPECT_TRUE(asked);
   }
-  const ReplayResult replay = replay_session(folder.path() / "live.h5");
+  const ReplayResult replay = replay_session(session::SessionReader(folder.path() / "live.h5"));
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   const session::SessionReader session(folder.path() / "live.h5");
   EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(live)).hash(), session.result()->field_hash);
@@ -191,7 +191,7 @@ TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {
   ASSERT_EQ(
       folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session).status,
       0);
-  const ReplayResult replay = replay_session(session);
+  const ReplayResult replay = replay_session(session::SessionReader(session));
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   const auto last = session::SessionReader(session).ticks().back();
   EXPECT_NEAR(last.f_T_W.z, 150, 1e-9);

@@ -112,7 +112,7 @@ TEST_F(LiveExpert, ScoresWithinOnePointOfTheLockStepScoreForAnyCarverDelay) {
 TEST_F(LiveExpert, ContinuesAfterAPauseAndIsReplayedBitForBit) {
   const double alone = points_in_lock_step(*scene, *start);
   EXPECT_NEAR(points_live(5, 4000, 9000), alone, 1);
-  const ReplayResult replayed = replay_session(file(), {});
+  const ReplayResult replayed = replay_session(session::SessionReader(file()));
   EXPECT_TRUE(replayed.identical) << replayed.what_differs;
 }
 

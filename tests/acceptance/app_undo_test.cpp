@@ -89,7 +89,7 @@ TEST_F(UndoSession, UndoDuringDrillingIsReplayedBitForBit) {
        {1.3, TissueCommand::kRedo},
        {4.1, TissueCommand::kUndo}});
   EXPECT_GE(edits(folder.path() / "session.h5"), 3);
-  const ReplayResult replay = replay_session(folder.path() / "session.h5");
+  const ReplayResult replay = replay_session(session::SessionReader(folder.path() / "session.h5"));
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   EXPECT_GT(replay.ticks, 1000u);
   // The tissue at the end that is computed from cuts and events alone is the same.
@@ -172,7 +172,7 @@ TEST_F(UndoSession, ItsHandIsReplayedWithAnotherContactModelAndFilmedBesideTheOr
   const Json a = Json::parse(same.out, "same"), b = Json::parse(other.out, "other");
   EXPECT_LT(a["force_N"]["off_rms"].number(), 0.1 * b["force_N"]["off_rms"].number());
   EXPECT_LT(b["force_N"]["max"].number(), 0.8 * b["force_N"]["max_before"].number());
-  EXPECT_TRUE(replay_session(folder.path() / "soft.h5").identical);
+  EXPECT_TRUE(replay_session(session::SessionReader(folder.path() / "soft.h5")).identical);
   if (!session::find_ffmpeg()) return;
   const test::Ran film = folder.run(fmt::format(
       "replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
@@ -209,7 +209,7 @@ TEST_F(UndoSession, AContinuedPreparationIsScoredAgainstTheUntouchedTissue) {
     EXPECT_NEAR(second.header().volumes_before[static_cast<std::size_t>(Tissue::kDentin)] / untouched, 1, 1e-12)
         << from;
     EXPECT_LT(second.result()->volumes_after[static_cast<std::size_t>(Tissue::kDentin)], half) << from;
-    const ReplayResult replay = replay_session(folder.path() / "second.h5");
+    const ReplayResult replay = replay_session(session::SessionReader(folder.path() / "second.h5"));
     EXPECT_TRUE(replay.identical) << from << ": " << replay.what_differs;
   }
   // A session that continues a recording has the strokes of the recording.

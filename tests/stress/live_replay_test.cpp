@@ -204,7 +204,7 @@ TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
     counts.edits += edits_of(session).size();
     for (std::size_t i = 1; i < session.patches().size(); ++i)
       counts.passed_over += session.patches()[i].patch - session.patches()[i - 1].patch - 1;
-    const ReplayResult replayed = replay_session(file, {});
+    const ReplayResult replayed = replay_session(session);
     EXPECT_TRUE(replayed.identical) << "session " << k + 1 << ": " << replayed.what_differs << " of "
                                     << session.tick_count();
   }

@@ -13,6 +13,8 @@
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
 #include "engine/session/signature.h"
 #include "tests/support/session_fixture.h"
 
@@ -109,6 +111,47 @@ TEST(Signature, ReplacesASignatureButNoFileOfAnotherKindAlsoNotThroughALink) {
   std::filesystem::create_symlink(folder / "scene.json", folder / "s.h5.sig");
   EXPECT_THROW(sign_session(folder / "s.h5", key), Error);
   EXPECT_EQ(std::filesystem::file_size(folder / "scene.json"), 2u);
+}
+
+TEST(Signature, OfAnOpenedSessionIsOfTheBytesThatAreReadAlsoIfTheNameGetsAnotherFile) {
+  const TemporaryFolder folder;
+  make_key(folder / "key");
+  const SigningKey key = load_key(folder / "key");
+  const auto record = [&](const char* name, std::size_t ticks) {
+    WriterOptions options;
+    options.whole_or_nothing = true;
+    SessionWriter writer(folder / name, test::some_header(), options);
+    writer.append(test::random_ticks(ticks, 3));
+    ASSERT_TRUE(writer.finish({}));
+  };
+  record("s.h5", 700), record("forged.h5", 500);
+  sign_session(folder / "s.h5", key);
+  const OpenedSession session(folder / "s.h5");
+  const OpenedSession verified(folder / "s.h5");
+  EXPECT_EQ(what_is_wrong_with_signature(verified, key), "");
+  // another file of the same name
+  std::filesystem::rename(folder / "forged.h5", folder / "s.h5");
+  EXPECT_EQ(what_is_wrong_with_signature(session, key), "");
+  EXPECT_EQ(SessionReader(session).tick_count(), 700u);
+  EXPECT_EQ(SessionReader(verified).tick_count(), 700u);
+  EXPECT_EQ(what_is_wrong_with_signature(folder / "s.h5", key), "the file changed after it was signed");
+  EXPECT_EQ(SessionReader(folder / "s.h5").tick_count(), 500u);
+}
+
+TEST(Signature, OfAVerifiedSessionHoldsAlsoIfTheFileIsWrittenOverAfterwards) {
+  const TemporaryFolder folder;
+  make_key(folder / "key");
+  {
+    SessionWriter writer(folder / "s.h5", test::some_header());
+    writer.append(test::random_ticks(700, 3));
+    ASSERT_TRUE(writer.finish({}));
+  }
+  sign_session(folder / "s.h5", load_key(folder / "key"));
+  const OpenedSession verified(folder / "s.h5");
+  require_signature(verified, folder / "key");
+  std::fstream(folder / "s.h5", std::ios::binary | std::ios::in | std::ios::out) << std::string(100'000, 'x');
+  EXPECT_EQ(SessionReader(verified).ticks().size(), 700u);
+  EXPECT_THROW(SessionReader(folder / "s.h5"), Error);
 }
 
 TEST(Signature, AKeyIsReadableByItsOwnerAloneAndNeverOverwritten) {

@@ -29,6 +29,7 @@ void add_report_command(cli::Command& program);
 void add_rig_command(cli::Command& program);
 void add_run_command(cli::Command& program);
 void add_servo_command(cli::Command& program);
+void add_repair_command(cli::Command& program);
 void add_rescore_command(cli::Command& program);
 void add_sign_command(cli::Command& program);
 void add_sound_command(cli::Command& program);

@@ -33,9 +33,9 @@ struct Options {
   bool check = false, json = false, show = false;
 };
 
-ReplayResult replay_recorded(const Options& options) {
+ReplayResult replay_recorded(const session::SessionReader& session) {
   Progress progress("replay");
-  return replay_session(options.session, [&](double done) { progress.at(done); });
+  return replay_session(session, [&](double done) { progress.at(done); });
 }
 
 nlohmann::ordered_json json_of(const ReplayResult& result, const Options& options) {
@@ -58,13 +58,12 @@ void print(const ReplayResult& result, const Options& options) {
 
 /// Changes some keys of the recorded scene (option --with), and applies the recorded motion of the hand to this changed
 /// scene. Compares the result with the recording.
-RerunResult rerun(const Options& options) {
+RerunResult rerun(const session::SessionReader& session, const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
     where = options.with;
     text = read_input(options.with, InputKind::kJson);
   }
-  const session::SessionReader session(options.session);
   const Scene scene = scene_with(session, text, where);
   Progress progress("same hand");
   return rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
@@ -98,12 +97,12 @@ void print(const RerunResult& r, const Options& options) {
 
 /// Runs the comparisons that the options request: with the recorded scene, and with the changes of --with. Reports what
 /// was compared. Throws RunFailure if --check finds a difference.
-void compare(const Options& options) {
+void compare(const session::SessionReader& session, const Options& options) {
   const bool changed = !options.with.empty(), checks = options.check || !changed;
   RerunResult other;
   ReplayResult same;
-  if (changed) other = rerun(options);
-  if (checks) same = replay_recorded(options);
+  if (changed) other = rerun(session, options);
+  if (checks) same = replay_recorded(session);
   if (options.json) {
     nlohmann::ordered_json json = changed ? json_of(other, options) : json_of(same, options);
     if (changed && checks) json["replay_without_with"] = json_of(same, options);
@@ -117,16 +116,9 @@ void compare(const Options& options) {
 }
 
 void run(Options options) {
-  if (!options.key.empty()) session::require_signature(options.session, options.key);
-  try {
-    if (session::repair_session(options.session))
-      log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  } catch (const Error&) {
-    // The repair failed. If the folder is not writable, the file is read without repair. If the file is not a session,
-    // the code below reports this.
-  }
+  const session::OpenedSession session = std::filesystem::path(options.session);
+  if (!options.key.empty()) session::require_signature(session, options.key);
   PlaybackOptions& playback = options.playback;
-  playback.session = options.session;
   if (!options.eye.empty()) {
     dvec3 eye;
     int end = 0;
@@ -139,18 +131,18 @@ void run(Options options) {
   if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");
   if (!options.out.empty() && options.with.empty())
     throw Error("", "--out", options.out, "--with, whose session it is");
-  require_input(options.session, InputKind::kSession);
   if (!options.out.empty()) require_output(options.out, FileKind::kSession);
   if (!playback.film.empty()) require_output(playback.film, FileKind::kFilm);
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
-  if (!options.with.empty() || options.check || (!film && !options.show)) compare(options);
-  if (options.show) show_session(playback);
+  if (!options.with.empty() || options.check || (!film && !options.show))
+    compare(session::SessionReader(session), options);
+  if (options.show) show_session(session, playback);
   if (film) {
     PlaybackResult result;
     {
       Progress progress("film");
-      result = film_session(playback, progress);
+      result = film_session(session, playback, progress);
     }
     if (!result.message.empty()) log::warn("{}", result.message);
     if (options.json) {

@@ -105,9 +105,9 @@ void run(const Options& options) {
   using namespace session;
   std::error_code code;
   if (std::filesystem::is_directory(options.session, code)) return run_folder(options, user_language(options.language));
-  if (!options.key.empty()) require_signature(options.session, options.key);
-  if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  const SessionReader reader(options.session);
+  const OpenedSession session(options.session);
+  if (!options.key.empty()) require_signature(session, options.key);
+  const SessionReader reader(session);
   require_output(options.out, FileKind::kPage);
   const Language language = user_language(options.language);
   std::vector<SessionPicture> pictures;
@@ -124,7 +124,7 @@ void run(const Options& options) {
   report.more_pictures = std::move(pictures);
   if (options.verify) {
     using State = Verification::State;
-    const ReplayResult replay = replay_session(options.session);
+    const ReplayResult replay = replay_session(reader);
     report.verification = {replay.identical ? State::kIdentical : State::kDiffers, replay.what_differs};
   }
   if (!report.score) report.score = score_session(reader);

@@ -33,14 +33,15 @@ void sign(const Options& options) {
   if (options.key.empty() || options.sessions.empty())
     throw Error("sign", "", "no key or no session", "--key FILE SESSION.h5 …, or --new-key FILE");
   const session::SigningKey key = session::load_key(options.key);
+  std::vector<session::OpenedSession> sessions;
   for (const std::string& file : options.sessions) {
-    // throws if the session is incomplete, because only a complete session may be signed
-    const session::SessionReader reader(file);
-    if (reader.truncated())
-      throw Error(file, "", "a session that was cut off", "one that ended: typodont replay repairs it");
+    sessions.emplace_back(file);
+    sessions.back().bytes();  // what is checked is what is signed
+    if (session::SessionReader(sessions.back()).truncated())
+      throw Error(file, "", "a session that was cut off", "one that ended");
   }
-  for (const std::string& file : options.sessions) {
-    fmt::print("{}: signed with key {}\n", session::sign_session(file, key).string(), key.id());
+  for (const session::OpenedSession& session : sessions) {
+    fmt::print("{}: signed with key {}\n", session::sign_session(session, key).string(), key.id());
   }
 }
 

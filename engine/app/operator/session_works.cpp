@@ -54,7 +54,6 @@ void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recordi
   work.begin(
       [recording, report, language = s.language, made](Progress& progress) {
         progress.stage("op.making_report", 0, 0.6);
-        session::repair_session(recording);
         const session::SessionReader reader(recording);
         progress.at(0.2);
         session::ReportOptions options = report_of(reader);

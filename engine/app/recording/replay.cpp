@@ -146,9 +146,8 @@ ServoTick tick_at(const session::SessionReader& session, Nanos t) {
   return session.ticks(place_of_tick_at(session, t), 1).front();
 }
 
-ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
+ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress) {
   use_ieee_arithmetic();
-  const session::SessionReader session(session_file);
   const session::SessionHeader& header = session.header();
   const Scene scene = scene_of(session);
 
@@ -231,7 +230,7 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress) {
   const double rate = session.header().servo_rate;
-  const auto hand = open_replay_hand(session.file(), rate, /*paced=*/false);
+  const auto hand = open_replay_hand(session, rate, /*paced=*/false);
   HapticLoop loop(scene, load_tissue(scene), hand->info());
   std::unique_ptr<session::SessionWriter> writer;
   if (!out.empty()) {

@@ -32,10 +32,8 @@ struct ReplayResult {
   std::string what_differs;  // describes the first difference; empty if there is none
 };
 
-/// Replays a session and compares it with its recording. Throws Error if the file is not a session, or if its tissue is
-/// missing or has changed.
-ReplayResult replay_session(const std::filesystem::path& session_file,
-                            const std::function<void(double)>& progress = {});
+/// Replays a session and compares it with its recording. Throws Error if its tissue is missing or has changed.
+ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress = {});
 
 /// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling spring.
 struct RerunResult {

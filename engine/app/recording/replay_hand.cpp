@@ -1,22 +1,20 @@
 #include "engine/app/recording/replay_hand.h"
 
 #include "engine/base/error.h"
-#include "engine/session/session_file.h"
 #include "haptics/devices.h"
 #include "haptics/scripted_hand.h"
 
 namespace typodont {
 
-std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::path& session_file, double rate,
+std::unique_ptr<haptics::HapticDevice> open_replay_hand(const session::SessionReader& session, double rate,
                                                         bool paced) {
-  const session::SessionReader session(session_file);
   haptics::HandPath path;
   for (const ServoTick& tick : session.ticks()) {
     const double t = to_seconds(tick.t);
     if (!path.rows.empty() && t <= path.rows.back().t) continue;
     path.rows.push_back({t, tick.X_WT, tick.pedal, dvec3(0), tick.tool});
   }
-  if (path.rows.empty()) throw Error(session_file.string(), "", "no ticks", "a recorded session");
+  if (path.rows.empty()) throw Error(session.file().string(), "", "no ticks", "a recorded session");
   return haptics::make_scripted_hand(std::move(path), rate, paced);
 }
 
@@ -27,7 +25,7 @@ void add_replay_driver() {
   driver.about = "the hand of a recorded session";
   driver.hardware = false;
   driver.open = [](const std::string& rest, const haptics::HandOptions& options) {
-    return open_replay_hand(rest, options.rate, options.paced);
+    return open_replay_hand(session::SessionReader(rest), options.rate, options.paced);
   };
   haptics::add_driver(driver);
 }

@@ -1,17 +1,16 @@
 // Uses the hand of a recorded session as a device: --hand replay:SESSION.h5.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 
+#include "engine/session/session_file.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {
 
 /// Returns a device that gives pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores forces.
-/// Throws Error if the file is not a session or contains no ticks.
-std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::path& session_file, double rate,
-                                                        bool paced);
+/// Throws Error if the session contains no ticks.
+std::unique_ptr<haptics::HapticDevice> open_replay_hand(const session::SessionReader& session, double rate, bool paced);
 
 /// Adds "replay:" to the addresses that haptics::open_hand understands. Call it once, at set-up.
 void add_replay_driver();

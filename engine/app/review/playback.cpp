@@ -58,8 +58,8 @@ display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
 /// One of the recordings that are played, with its picture.
 class Side {
  public:
-  Side(const fs::path& file, std::string name, session::Language language)
-      : player_(file), name_(std::move(name)), language_(language) {}
+  Side(const session::OpenedSession& session, std::string name, session::Language language)
+      : player_(session), name_(std::move(name)), language_(language) {}
 
   SessionPlayer& player() { return player_; }
   PictureStage& stage() { return *stage_; }
@@ -220,10 +220,9 @@ class Side {
 /// The playback with its sessions, the screen and its state.
 class Playback {
  public:
-  explicit Playback(const PlaybackOptions& options) {
+  Playback(const session::OpenedSession& session, const PlaybackOptions& options) {
     const bool pair = !options.beside.empty();
-    sides_.push_back(
-        std::make_unique<Side>(options.session, pair ? options.session.stem().string() : "", options.language));
+    sides_.push_back(std::make_unique<Side>(session, pair ? session.file().stem().string() : "", options.language));
     if (pair)
       sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string(), options.language));
     const display::DisplayRig rig =
@@ -313,8 +312,8 @@ std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
 
 }  // namespace
 
-void show_session(const PlaybackOptions& options) {
-  Playback playback(options);
+void show_session(const session::OpenedSession& session, const PlaybackOptions& options) {
+  Playback playback(session, options);
   PlayClock& clock = playback.clock;
   clock.loop = options.loops != 0;
   Nanos last = now();
@@ -381,8 +380,8 @@ void show_session(const PlaybackOptions& options) {
   }
 }
 
-PlaybackResult film_session(const PlaybackOptions& options, Progress& progress) {
-  Playback playback(options);
+PlaybackResult film_session(const session::OpenedSession& session, const PlaybackOptions& options, Progress& progress) {
+  Playback playback(session, options);
   PlayClock& clock = playback.clock;
   const int times = std::max(1, options.loops);
   clock.loop = times > 1;

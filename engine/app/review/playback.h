@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/base/pose.h"
+#include "engine/session/opened_session.h"
 #include "engine/session/strings.h"
 
 namespace typodont {
@@ -14,7 +15,6 @@ namespace typodont {
 class Progress;
 
 struct PlaybackOptions {
-  std::filesystem::path session;
   std::filesystem::path beside;  // a second session, which is shown at the right; empty: there is only one session
   std::string rig;  // file or name of a rig; empty: the scene's rig file, otherwise "window" or, for a film, "closeup"
   std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig file's value
@@ -40,8 +40,8 @@ struct PlaybackResult {
 
 /// Plays the sessions until the user closes the window. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws
 /// Error or RunFailure.
-void show_session(const PlaybackOptions& options);
+void show_session(const session::OpenedSession& session, const PlaybackOptions& options);
 /// Writes a film. It has sound only if it plays forward, once, at normal speed. Throws Error or RunFailure.
-PlaybackResult film_session(const PlaybackOptions& options, Progress& progress);
+PlaybackResult film_session(const session::OpenedSession& session, const PlaybackOptions& options, Progress& progress);
 
 }  // namespace typodont

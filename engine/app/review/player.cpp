@@ -17,8 +17,8 @@ constexpr double kSlowest = 0.125, kFastest = 16;
 
 }  // namespace
 
-SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file), scene_(scene_of(session_)) {
-  if (session_.tick_count() == 0) throw Error(file.string(), "", "no ticks", "a recorded session");
+SessionPlayer::SessionPlayer(const session::OpenedSession& session) : session_(session), scene_(scene_of(session_)) {
+  if (session_.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
   begin_ = to_seconds(session_.ticks(0, 1).front().t);
   end_ = to_seconds(session_.ticks(session_.tick_count() - 1, 1).front().t);
   const std::vector<StrokeEdit> edits = edits_of(session_);

@@ -24,9 +24,9 @@ struct OtherHand {
 
 class SessionPlayer {
  public:
-  /// Opens a session and shows its first tick. Throws Error if the file is not a session with ticks, or if its tissue
+  /// Reads a session and shows its first tick. Throws Error if the file is not a session with ticks, or if its tissue
   /// is missing or has changed.
-  explicit SessionPlayer(const std::filesystem::path& session);
+  explicit SessionPlayer(const session::OpenedSession& session);
 
   const session::SessionReader& session() const { return session_; }
   const Scene& scene() const { return scene_; }

@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
-#include <optional>
+#include <random>
+#include <span>
 
 #include "engine/base/fnv.h"
 #include "engine/base/sync.h"
@@ -18,15 +20,18 @@ namespace typodont::session {
 
 namespace {
 
-// The beginning of a journal file. The file contains this header, and after it each change as its offset, its length (8
-// bytes each) and its bytes.
-constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
+// The beginning of a journal file. After it follows each change as its offset, its length (8 bytes each) and its bytes.
+constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '2'};
 struct Header {
   std::array<char, 8> magic = kMagic;
-  std::uint64_t bytes = 0;     // size of all changes in the journal
-  std::uint64_t checksum = 0;  // FNV-1a hash of the changes, which detects an incomplete journal
+  std::array<char, 32> recording{};          // identity of the recording
+  std::uint64_t old_length = 0, length = 0;  // of the session file before and after the flush
+  std::uint64_t bytes = 0;                   // size of all changes in the journal
+  std::uint64_t checksum = 0;                // FNV-1a hash of all that precedes it, and of the changes
 };
-constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, largest journal that is read
+constexpr std::uint64_t kLargestSurplus = 64u << 20;  // bytes by which the changes may exceed the file
+constexpr std::uint64_t kLargestHole = 1u << 20;      // bytes of a flush that HDF5 allocates and does not write yet
+constexpr std::size_t kIdentityWithin = 1u << 20;     // bytes at the beginning of a recording that contain its identity
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
   const auto* from = static_cast<const char*>(bytes);
@@ -39,26 +44,18 @@ bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t plac
   return true;
 }
 
-/// Reads `size` bytes at the offset `place`. Bytes beyond the end of the file are read as zeros, as HDF5 expects.
-bool read_all(int fd, void* bytes, std::uint64_t size, std::uint64_t place) {
-  auto* to = static_cast<char*>(bytes);
-  while (size > 0) {
-    const ssize_t n = ::pread(fd, to, size, static_cast<off_t>(place));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
-    if (n == 0) {
-      std::memset(to, 0, size);
-      return true;
-    }
-    to += n, size -= static_cast<std::uint64_t>(n), place += static_cast<std::uint64_t>(n);
-  }
-  return true;
+std::uint64_t checksum_of(const Header& header, std::span<const std::byte> changes) {
+  Fnv1a hash;
+  hash.bytes(&header, offsetof(Header, checksum));
+  hash.bytes(changes.data(), changes.size());
+  return hash.value;
 }
 
-std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
-  Fnv1a hash;
-  hash.bytes(bytes.data(), bytes.size());
-  return hash.value;
+std::string random_digits() {
+  std::random_device random;
+  std::string digits;
+  for (int i = 0; i < 4; ++i) digits += fmt::format("{:08x}", random());
+  return digits;
 }
 
 }  // namespace
@@ -71,7 +68,7 @@ struct JournaledFile {
   haddr_t end_of_addresses = 0;
   haddr_t end = 0;       // size of the file as HDF5 sees it
   haddr_t real_end = 0;  // size of the file on the disk, without uncommitted changes
-  std::vector<Journal::Change> changes;
+  std::vector<Change> changes;
 
   static JournaledFile& of(H5FD_t* file) { return *reinterpret_cast<JournaledFile*>(file); }
   static const JournaledFile& of(const H5FD_t* file) { return *reinterpret_cast<const JournaledFile*>(file); }
@@ -123,14 +120,7 @@ struct JournaledFile {
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
     const JournaledFile& file = of(f);
     if (!read_all(file.fd, bytes, size, place)) return -1;
-    // newer changes come later in the list, so they replace older bytes
-    for (const Journal::Change& change : file.changes) {
-      const haddr_t begin = std::max<haddr_t>(place, change.place);
-      const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
-      if (begin < last)
-        std::memcpy(static_cast<std::byte*>(bytes) + (begin - place), change.bytes.data() + (begin - change.place),
-                    last - begin);
-    }
+    overlay(file.changes, bytes, size, place);
     return 0;
   }
   static herr_t write(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, const void* bytes) {
@@ -200,7 +190,7 @@ struct JournaledFile {
   }
 };
 
-Journal::Journal(const std::filesystem::path& file) : path_(journal_of(file)) {}
+Journal::Journal(const std::filesystem::path& file) : path_(journal_of(file)), recording_(random_digits()) {}
 
 Journal::~Journal() {
   if (fd_ >= 0) ::close(fd_);
@@ -240,10 +230,10 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     add(change.bytes.data(), size);
   }
   Header header;
+  std::copy(recording_.begin(), recording_.end(), header.recording.begin());
+  header.old_length = old_end, header.length = new_end;
   header.bytes = all.size() - sizeof(Header);
-  Fnv1a hash;
-  hash.bytes(all.data() + sizeof(Header), header.bytes);
-  header.checksum = hash.value;
+  header.checksum = checksum_of(header, std::span(all).subspan(sizeof(Header)));
   std::memcpy(all.data(), &header, sizeof header);
   if (!write_all(fd_, all.data(), all.size(), 0) || fdatasync(fd_) != 0) return fail("its journal");
 
@@ -271,48 +261,44 @@ std::filesystem::path journal_of(const std::filesystem::path& file) {
 
 namespace {
 
-/// Reads the changes of a complete journal.
-std::optional<std::vector<std::byte>> read_journal(const std::filesystem::path& file) {
-  const int fd = ::open(journal_of(file).c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return std::nullopt;
+bool contains_identity(const FileBytes& file, const std::array<char, 32>& recording) {
+  std::vector<char> head(std::min<std::uint64_t>(file.size(), kIdentityWithin));
+  return file.read(head.data(), head.size(), 0) &&
+         std::search(head.begin(), head.end(), recording.begin(), recording.end()) != head.end();
+}
+
+std::vector<Change> read_changes(int fd, const FileBytes& file) {
   Header header;
   struct stat info {};
-  std::optional<std::vector<std::byte>> changes;
-  if (fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && read_all(fd, &header, sizeof header, 0) &&
-      header.magic == kMagic && header.bytes <= kLargestJournal &&
-      header.bytes + sizeof header <= static_cast<std::uint64_t>(info.st_size)) {
-    changes.emplace(header.bytes);
-    if (!read_all(fd, changes->data(), header.bytes, sizeof header) || checksum_of(*changes) != header.checksum)
-      changes.reset();
+  if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode) || !read_all(fd, &header, sizeof header, 0) ||
+      header.magic != kMagic || header.bytes > file.size() + kLargestSurplus ||
+      sizeof header + header.bytes > static_cast<std::uint64_t>(info.st_size) || file.size() < header.old_length ||
+      file.size() > header.length || header.length - header.old_length > header.bytes + kLargestHole ||
+      !contains_identity(file, header.recording))
+    return {};
+  std::vector<std::byte> all(header.bytes);
+  if (!read_all(fd, all.data(), all.size(), sizeof header) || checksum_of(header, all) != header.checksum) return {};
+  std::vector<Change> changes;
+  for (std::span<const std::byte> rest = all; !rest.empty();) {
+    std::array<std::uint64_t, 2> head{};  // offset and length of a change
+    if (rest.size() < sizeof head) return {};
+    std::memcpy(head.data(), rest.data(), sizeof head);
+    rest = rest.subspan(sizeof head);
+    if (head[1] > rest.size() || head[0] > header.length || head[1] > header.length - head[0]) return {};
+    changes.push_back({head[0], {rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(head[1])}});
+    rest = rest.subspan(head[1]);
   }
-  ::close(fd);
   return changes;
 }
 
 }  // namespace
 
-bool has_journal(const std::filesystem::path& file) {
-  return read_journal(file).has_value();
-}
-
-bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target) {
-  const auto changes = read_journal(file);
-  if (!changes) return false;
-  const int fd = ::open(target.c_str(), O_RDWR | O_CLOEXEC);
-  if (fd < 0) return false;
-  bool good = true;
-  for (std::size_t at = 0; good && at < changes->size();) {
-    std::array<std::uint64_t, 2> head{};  // offset and length of a change
-    if (changes->size() - at < sizeof head) break;
-    std::memcpy(head.data(), changes->data() + at, sizeof head);
-    at += sizeof head;
-    if (head[1] > changes->size() - at || head[0] > (std::uint64_t{1} << 42)) break;
-    good = write_all(fd, changes->data() + at, head[1], head[0]);
-    at += head[1];
-  }
-  good = good && fdatasync(fd) == 0;
+std::vector<Change> journal_changes(const FileBytes& file) {
+  const int fd = ::open(journal_of(file.file()).c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return {};
+  std::vector<Change> changes = read_changes(fd, file);
   ::close(fd);
-  return good;
+  return changes;
 }
 
 }  // namespace typodont::session

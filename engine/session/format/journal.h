@@ -11,13 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "engine/session/format/file_bytes.h"
+
 namespace typodont::session {
 
-/// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread only.
+/// The journal of one recording. It must exist longer than the HDF5 file is open. Recorder thread only.
 class Journal {
  public:
-  /// Makes the journal of a session file. `file` is the final path of the session file; until start(), the session file
-  /// may have another name.
+  /// `file` is the final path of the session file; until start(), the session file may have another name.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -31,11 +32,9 @@ class Journal {
   void start() { started_ = true; }
   /// States why a commit or a write failed; empty if none failed.
   const std::string& failure() const { return failure_; }
-
-  struct Change {
-    std::uint64_t place;  // offset of the change in the file, in bytes
-    std::vector<std::byte> bytes;
-  };
+  /// 32 random hexadecimal digits. The recorder writes them to the beginning of the session file before start(), and
+  /// the journal contains them too, so that it can be applied to no other recording.
+  const std::string& recording() const { return recording_; }
 
  private:
   friend struct JournaledFile;
@@ -45,6 +44,7 @@ class Journal {
   void remove();
 
   std::filesystem::path path_;
+  std::string recording_;
   int fd_ = -1;
   bool started_ = false, needed_ = false;  // needed_: the file still lacks a part of the last commit
   std::string failure_;
@@ -52,11 +52,10 @@ class Journal {
 
 /// Returns the path of the journal of `file`, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
-/// Writes the changes from the journal of `file` to `target` (`file` itself or a copy of it) and syncs the target.
-/// Returns false if there is no journal, or if the journal is incomplete because the power failed while it was written.
-/// In both cases, the file is complete without the journal.
-bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
-/// Returns true if `file` has a complete journal.
-bool has_journal(const std::filesystem::path& file);
+/// Returns the changes that a power failure may have kept from the file. Returns nothing if there is no journal, if the
+/// power failed while it was written, or if it does not belong to this file: the file has another identity, or a length
+/// that it cannot have had during the flush. The changes need at most 64 MiB more memory than the file has bytes, and
+/// lie inside the file as the flush would have left it.
+std::vector<Change> journal_changes(const FileBytes& file);
 
 }  // namespace typodont::session

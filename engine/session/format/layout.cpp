@@ -81,11 +81,15 @@ int lock_while_recording(const std::filesystem::path& file) {
   return -1;
 }
 
+bool is_being_recorded(int fd) {
+  struct flock lock = far_byte(F_RDLCK);
+  return fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
 bool is_being_recorded(const std::filesystem::path& file) {
   const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return false;
-  struct flock lock = far_byte(F_RDLCK);
-  const bool locked = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  const bool locked = is_being_recorded(fd);
   close(fd);
   return locked;
 }

@@ -55,6 +55,7 @@ struct LoopFields {
 // whether its program was killed. HDF5's own lock cannot be used, because HDF5 releases it when it starts SWMR (single
 // writer, multiple readers).
 int lock_while_recording(const std::filesystem::path& file);
+bool is_being_recorded(int fd);
 bool is_being_recorded(const std::filesystem::path& file);
 
 }  // namespace typodont::session

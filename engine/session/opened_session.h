@@ -1,0 +1,31 @@
+// A session file that is opened once: what was verified is what is read.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace typodont::session {
+
+class FileBytes;
+
+/// A session file, opened by its name once. Readers and the signature use only this descriptor, so a file that gets the
+/// same name later is never read. Copies share the descriptor.
+class OpenedSession {
+ public:
+  /// Throws Error if the file cannot be opened. Its content is not checked.
+  OpenedSession(const std::filesystem::path& file);
+
+  const std::filesystem::path& file() const;
+  /// Returns all bytes of the file, read at the first call. From then on all readers get these bytes, also if the file
+  /// changes. Throws Error.
+  std::span<const std::byte> bytes() const;
+
+ private:
+  friend class SessionReader;
+  friend bool repair_session(const std::filesystem::path& file);
+  std::shared_ptr<FileBytes> bytes_;
+};
+
+}  // namespace typodont::session
