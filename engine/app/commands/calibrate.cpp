@@ -1,4 +1,4 @@
-// The command `typodont calibrate`: the guided set-up of a bench, and a subcommand for each solver.
+// `typodont calibrate`: the guided set-up of a bench, and a subcommand for each solver.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -106,13 +106,13 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// The texts that differ between the commands `hand-eye` and `robot-world`.
+/// What differs between `hand-eye` and `robot-world`.
 struct PoseCommand {
   const char* name;
   const char* about;
-  const char *X, *Z;  // names of the two poses that the command computes, for example "X_SM"
+  const char *X, *Z;  // names of the poses that are computed, for example "X_SM"
   const char *X_what, *Z_what;
-  const char* b_columns;  // help text: which pose the input's columns bx_mm … bqz contain
+  const char* b_columns;  // help text: the pose in the columns bx_mm … bqz
   const char* footer;
   bool camera_on_arm;
 };
@@ -332,8 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of those calibration steps that compute their results from captures (recorded touches and poses). The
-/// captures are stored beside the rig file.
+/// Options of the steps that compute from captures beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -441,8 +440,7 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // The captures of a calibration are stored in the folder beside the rig. The check at the start of a session
-      // stores its captures in the subfolder "today", so that it does not use old captures.
+      // The check before a session has its own folder, so that it does not use old captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -494,8 +492,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step of the calibration: captures data, computes the result, and stores it in the rig file. Returns false
-/// if the user stopped.
+/// One step: capture, compute, store in the rig file. False: the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

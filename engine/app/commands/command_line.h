@@ -1,5 +1,5 @@
-// The command line: commands, options, and checks of option values. CLI11 parses the command line. Only
-// command_line.cpp includes CLI11, because its header adds 8 s to the compile time of a file.
+// Commands, options and checks of their values. Only command_line.cpp includes CLI11, whose header takes 8 s to
+// compile.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// A check of an option's value. If the value fails the check, a message states which values are expected.
+/// A check of an option's value, and the message that states what is expected.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -28,21 +28,19 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// Accepts a finite number from low to high, inclusive.
+/// A finite number, low to high inclusive.
 Check range(double low, double high);
 Check range(int low, int high);
-/// Accepts a number x with 0 < x <= `most`.
+/// 0 < x <= `most`.
 Check more_than_zero(double most = 1e9);
-/// Accepts a whole number that is 0 or larger, for example the number of a monitor or channel.
+/// A whole number from 0, for example of a monitor.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// Accepts the name of a file that the command may write. The extension must belong to one of `kinds` (a device or FIFO
-/// may have any name), and the folder must be writable. `over` says if an existing file may be overwritten
-/// (PartialFile).
+/// A file that the command may write: extension of one of `kinds` (devices and FIFOs: any name), writable folder.
+/// `over`: whether a file may be overwritten.
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
-/// Accepts the name of a folder for results. The name must not be that of an existing file, nor end like the name of a
-/// file (for example ".png").
+/// A folder for results: no existing file, and no name with a file's extension.
 Check writes_folder();
 
 class Option {
@@ -50,21 +48,19 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// Makes the help show the variable's present value as the default.
+  /// The help shows the present value as default.
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// Lets the user write the option without a value; its value is then `usual`. `word`: word that stands for the value
-  /// in the help.
+  /// The option may stand without a value and is then `usual`. `word`: the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with its options and subcommands. The root command is the program itself. Pointers that a member function
-/// returns are valid as long as the root exists. run() of the root stores the option values in variables of the caller,
-/// so these variables must exist longer than the root.
+/// A command with options and subcommands; the root is the program. Returned pointers last as long as the root. run()
+/// writes into the caller's variables, which must outlive the root.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -72,29 +68,27 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// Adds an option. `name`: "--out" for an option, or a name without "--" for a positional argument. T: a string, a
-  /// number, a path, or an optional or vector of these types, as listed in command_line.cpp.
+  /// `name`: "--out", or without "--" for a positional argument. T: string, number, path, or optional or vector of them
+  /// (command_line.cpp).
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about = "");
   Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
-  /// Sets a text that the help shows at its end.
+  /// Text at the end of the help.
   void footer(const std::string& text);
   void version(const std::string& text);
-  /// Sets the smallest and the largest number of subcommands that may be given.
+  /// Smallest and largest number of subcommands.
   void expect_commands(int least, int most);
-  /// Sets the function that executes the command. It is called when all options have been read, and may throw.
+  /// Called when all options are read; may throw.
   void callback(std::function<void()> work);
-  /// The `options` have an effect only together with another option. Throws Error if one of them is on the command line
-  /// and the other option is missing. `given`: true if the other option is on the command line. `needed`: text of the
-  /// other option, such as "--view section".
+  /// Throws Error if one of `options` is given without the option that it needs. `given`: that option is there;
+  /// `needed`: its text, such as "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// Returns true if the command line contains a subcommand of this command.
+  /// True if the command line names a subcommand of this command.
   bool named_command() const;
   std::string help() const;
 
-  /// Parses the command line and runs the command that it names. Call it only on the root. Returns an empty optional
-  /// after a command ran, otherwise the exit status: 0 after --help and --version, 2 if the command line is invalid.
-  /// Throws the exceptions of the command's work.
+  /// Root only. Empty after a command ran, otherwise the exit status: 0 after --help and --version, 2 for an invalid
+  /// command line. Throws what the command throws.
   std::optional<int> run(int argc, char** argv);
 
  private:

@@ -1,5 +1,4 @@
-// The command `typodont devices`: lists the connected devices, the users who may open them, and the command that adds
-// missing permissions.
+// `typodont devices`: connected devices, who may open them, and the command that adds missing permissions.
 #include "haptics/devices.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,4 @@
-// The command `typodont doctor`: checks this machine. It reports each missing item, what does not work without it, and
-// the command that adds it.
+// `typodont doctor`: what this machine lacks, what then does not work, and the command that adds it.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -41,13 +40,13 @@ enum class State { kOk, kDegraded, kMissing };
 
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;    // name of the item for other programs, for example "vulkan"
+  std::string id;    // name for other programs, for example "vulkan"
   std::string name;  // name of the item in the report
   State state = State::kOk;
   std::string found;      // what the check has found on this machine
-  std::string without;    // what does not work while the item is missing; empty if nothing is missing
-  std::string mend;       // a command, or a manual step, that adds the missing item
-  bool required = false;  // true: without this item the program cannot run, not even offscreen
+  std::string without;    // what does not work without it; empty: nothing is missing
+  std::string mend;       // command or manual step that adds it
+  bool required = false;  // without it the program cannot run, not even offscreen
 };
 
 std::string first_line(const fs::path& file) {
@@ -62,8 +61,7 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-/// Suppresses standard error while libraries search for hardware, because they print a message for every device that is
-/// absent.
+/// Libraries that search for hardware print a message for every absent device.
 class QuietStandardError {
  public:
   QuietStandardError() : kept_(dup(STDERR_FILENO)) {
@@ -92,8 +90,7 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The Vulkan library is loaded at run time, not linked. So this program also starts without the library, and reports
-  // that it is missing.
+  // Loaded at run time, so that the program starts without it and reports that.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;
@@ -225,7 +222,7 @@ Check clock_speed() {
   return c;
 }
 
-/// A known haptic device, identified by its USB numbers as the kernel's uevent file states them.
+/// USB numbers as in the kernel's uevent file.
 struct KnownDevice {
   unsigned vendor, product;  // USB numbers; product 0 means any product
   const char* name;
@@ -358,8 +355,7 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // If the JSON file names the library without a folder, the dynamic loader will find it, so nothing is changed. If
-    // it states a relative path, this path begins at the folder of the JSON file.
+    // Without a folder, the dynamic loader finds it. A relative path begins at the JSON file's folder.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -1,4 +1,4 @@
-// The command `typodont fit-damping`: fits spring and damper of a scene's coupling to the recording of a push.
+// `typodont fit-damping`: fits the coupling's spring and damper to the recording of a push.
 #include <fmt/format.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// The command `typodont import`: converts a scan or meshes to a volume (.vdb) or a scene (.json) that can be drilled.
+// `typodont import`: scans or meshes to a volume (.vdb) or a scene (.json).
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
@@ -115,7 +115,7 @@ nlohmann::ordered_json vec(const dvec3& v, double unit) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  // For DICOM, the input's name is omitted, because DICOM folders often contain a patient's name.
+  // DICOM folders often carry a patient's name, so it is left out.
   if (a.inputs.size() == 1) j["input"] = r.format == "DICOM" ? r.format : a.inputs[0];
   if (a.inputs.size() > 1) j["inputs"] = a.inputs;
   if (!a.bite.empty()) j["bite"] = a.bite;
@@ -164,7 +164,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
           {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
-    // At first, only jaws had this value, and it was stated here. Programs that read it here still find it.
+    // Older programs read the value here.
     if (j.contains("volume_doubt_mm3")) jaw["volume_doubt_mm3"] = j.at("volume_doubt_mm3");
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
@@ -267,7 +267,7 @@ bool several(const Arguments& a) {
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // Checks the arguments first, so that an invalid argument is reported before the long work.
+  // Checked before the long work.
   if (a.inputs.empty() == a.parts.empty())
     throw Error("INPUT", "", a.inputs.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");
@@ -294,7 +294,7 @@ void run(const Arguments& a) {
   haptics::Imported& imported = mouth.imported;
   if (!a.labels.empty()) haptics::write_labels(imported.tissue, a.labels);
   if (exercise) {
-    // If several scans are given and the user has requested no rotation, the first scan is turned upright.
+    // Without a requested rotation, the first scan is turned upright.
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
                              .description = imported.report.format == "DICOM" ? "DICOM" : ""};
     for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)

@@ -1,4 +1,4 @@
-// The command `typodont mesh`: writes the drawn surface to a file for other programs.
+// `typodont mesh`: the drawn surface as a file.
 #include <fmt/format.h>
 
 #include <limits>
@@ -25,7 +25,7 @@ struct Options {
   bool file_space = false, json = false;
 };
 
-/// Moves the mesh to the coordinates of the file from which its tissue was imported.
+/// To the coordinates of the file from which the tissue was imported.
 void place(surface::WholeMesh& mesh, VoxelFrame& frame, const haptics::FilePlace& place) {
   for (auto& v : mesh.vertices) {
     v.position = glm::vec3(place.X_FW.rotate(glm::dvec3(v.position)));

@@ -1,4 +1,4 @@
-// The command `typodont pack`: fills a scene's tissue with spheres and stores the spheres in a file.
+// `typodont pack`: fills a scene's tissue with spheres and stores them.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The command `typodont plan`: checks a planned implant in a jaw and writes the exercise.
+// `typodont plan`: checks a planned implant in a jaw and writes the exercise.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-/// Makes a scene that contains only the volume of this file.
+/// A scene with this volume only.
 Scene scene_of_volume(const std::string& file) {
   const nlohmann::ordered_json text = {{"name", fs::path(file).stem().string()},
                                        {"tissue", {{"volume", fs::absolute(file).string()}}},
@@ -49,8 +49,7 @@ ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
 }
-/// Converts the distance to a canal or tooth from m to mm. If there is no canal or tooth, the distance is infinite, and
-/// the result is JSON null.
+/// m to mm; infinite (no canal or tooth): null.
 nlohmann::ordered_json millimetres(double distance) {
   if (!std::isfinite(distance)) return nullptr;
   return distance / kMillimetre;
@@ -90,8 +89,8 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
   return json;
 }
 
-/// Makes the planned implant without its thread as a closed cylinder. `X_FW`: pose of the tissue in the file from which
-/// it was imported. Positions are in mm, in the coordinates of this file.
+/// The implant without thread as a closed cylinder, mm, in the coordinates of the imported file. `X_FW`: the tissue's
+/// pose in it.
 surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   constexpr std::uint32_t kSides = 96;
   surface::WholeMesh mesh;
@@ -99,7 +98,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   const auto add = [&](const dvec3& p_W, const dvec3& normal_W) {
     mesh.vertices.push_back({glm::vec3(X_FW * p_W / kMillimetre), glm::vec3(X_FW.rotate(normal_W)), Tissue::kAmalgam});
   };
-  // For the flat ends, the vertices of the rims occur once more, because their normals differ from those of the side.
+  // Rims once more: their normals differ on the flat ends.
   const auto add_rim = [&](const dvec3& middle_W, const dvec3& normal_W) {
     for (std::uint32_t i = 0; i < kSides; ++i) {
       const double a = 2 * kPi * i / kSides;
@@ -123,7 +122,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   return mesh;
 }
 
-/// Draws the three sections through the planned implant side by side.
+/// The three sections side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
   constexpr int n = kPreviewPixels;
   const PlanPlanes planes = planner.planes(plan, width);

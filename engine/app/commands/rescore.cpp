@@ -1,5 +1,4 @@
-// The command `typodont rescore`: computes the scores of all sessions of a school again, for example after a rule has
-// changed.
+// `typodont rescore`: scores all sessions of a school again, for example after a rule has changed.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -46,10 +45,9 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // largest number of attempts for a session whose process died
+constexpr int kTries = 2;  // attempts for a session whose process died
 
-/// Reads the keys "task" and "score" of a scene file. These keys replace the same keys of a recorded scene. An empty
-/// result means that the recorded rules are used.
+/// "task" and "score" of a scene file, which replace those of a recording. Empty: the recorded rules.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -69,7 +67,7 @@ Row score(const std::string& file, const std::string& rules) {
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  // A value that is not finite becomes null in JSON.
+  // JSON has no NaN or infinity: null.
   for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
@@ -87,8 +85,7 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns the process's
-/// exit status. `said` receives the process's messages, then its output.
+/// In its own process, so that a crash spares the other sessions. Exit status; `said`: messages, then output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -119,7 +116,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// Returns the last line of the process's output. This line contains the result, or the reason why the process failed.
+/// The last line: the result, or why it failed.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -127,13 +124,12 @@ std::string last_line(std::string said) {
   return said.starts_with(kError) ? said.substr(kError.size()) : said;
 }
 
-/// Scores a session and always returns a row. If the session cannot be scored, the row contains the key "error".
-/// `rules`: file with the rules of the score.
+/// Always a row; with the key "error" if it cannot be scored. `rules`: a file.
 Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // the process was killed or crashed, so the loop starts it again
+    if (!WIFEXITED(status)) continue;  // killed or crashed: again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }
@@ -159,8 +155,7 @@ std::string cell_of(const Row& value) {
   return '"' + text + '"';
 }
 
-/// Makes a CSV table with one row per session. There is a column for each item of a score that occurs in at least one
-/// session.
+/// One row per session, one column per score item.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};
@@ -175,7 +170,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    // Writes the first cell of the line. Only the further cells have a comma before them.
+    // The first cell; the others have a comma before them.
     text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)

@@ -1,5 +1,4 @@
-// The command `typodont rig plan`: plans a mirror bench before it is built. It writes a drawing and an initial rig
-// file.
+// `typodont rig plan`: a mirror bench before it is built, as drawing and initial rig file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,11 +23,10 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspace of an arm, from the manufacturer's data sheet. If the data sheet states a cylinder, the largest box inside
-/// this cylinder is given here.
+/// Workspace by the manufacturer's data sheet; for a cylinder, the largest box inside.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // mm, width, depth and height of the box that the arm can reach
+  dvec3 box_mm;  // width, depth, height
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},
@@ -84,7 +82,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // Converts m to mm and rounds to 0.001 mm, because no workbench (panel, mirror and arm) is built more exactly.
+  // mm, rounded to 0.001: no bench is built more exactly.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -124,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// Makes a rig file of the bench. `work`: m, frame W, position of the tissue in the scenes.
+/// `work`: m, W, position of the tissue in the scenes.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

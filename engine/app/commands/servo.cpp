@@ -1,5 +1,4 @@
-// The command `typodont servo`: runs servo and carver (which updates the tissue) without pictures and sound,
-// deterministically and as fast as possible.
+// `typodont servo`: servo and carver without pictures and sound, deterministic, as fast as possible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +36,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Writes the ticks to a CSV table or a session file, depending on the extension of the file's name.
+/// A CSV table or a session file, by the extension.
 class TickSink {
  public:
   TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
@@ -56,7 +55,7 @@ class TickSink {
   void add(const LoosePiece& piece) {
     if (session_) session_->add(piece);
   }
-  /// Ends the output and returns the hash of the tissue.
+  /// Ends the output; returns the tissue's hash.
   std::uint64_t finish(const haptics::TissueVolume& tissue) {
     if (session_) return session_->finish(tissue);
     csv_->finish();
@@ -68,8 +67,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Returns the duration of the hand's path, s. Empty if the hand itself ends the run at a time that is not known in
-/// advance.
+/// s, of the hand's path; empty if the hand itself ends the run.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -81,11 +79,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// Estimates the size of the output before it is written. Throws Error if the disk has less free space than this size.
+/// Throws Error if the disk lacks the space that the output will need.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;   // bytes, size of a row of the CSV table, measured with and without contact
-  constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
-  // bytes; if the expected size of the output is larger than this, this size is reported to the user
+  constexpr double kBytesPerRow = 280;   // a row of the CSV table, measured
+  constexpr double kBytesPerTick = 240;  // a tick in a compressed session file
+  // larger outputs are announced
   constexpr double kWorthSaying = 500 << 20;
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
@@ -131,7 +129,7 @@ void run(const Options& options) {
   std::uint64_t pieces = 0;
   ServoTick last;
   EvenSample times;  // ns, computing times of ticks
-  // force_max: N, largest force; energy_min: J, lowest value of the energy ledger
+  // N, largest force; J, lowest energy balance
   double force_max = 0, energy_min = 0;
   const auto each = [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;

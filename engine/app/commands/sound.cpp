@@ -1,4 +1,4 @@
-// The command `typodont sound`: fits a model to a recording, synthesizes sound from a model, compares two sounds.
+// `typodont sound`: fits a model to a recording, synthesizes, compares two sounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // the condition is false for NaN, so NaN is refused
+  if (value >= low && value <= high) return;  // false for NaN
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 
@@ -153,8 +153,7 @@ void run_fit(FitCommand c) {
   }
 }
 
-/// Converts the position of the drill to the angles at which the ears hear it. `text`: "RIGHT,UP,AHEAD" in cm from the
-/// midpoint between the eyes.
+/// "RIGHT,UP,AHEAD" in cm from the point between the eyes, as angles at the ears.
 audio::EarAngles angles_of(const std::string& text) {
   double cm[3];
   char rest;

@@ -1,5 +1,4 @@
-// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Only for
-// the render thread.
+// A person as subject, who feels the stimuli in a live session and answers by key. Render thread only.
 #pragma once
 
 #include <memory>
@@ -12,19 +11,17 @@
 
 namespace typodont {
 
-/// Presents stimuli to a person. Stimuli with the same contact model share one session. For another model the session
-/// is closed and a new one is opened. A stimulus changes only while the tool touches nothing, so that the change causes
-/// no force step. The person answers in the session's window with the arrow keys left (first) and right (second), or on
-/// standard input with "1" or "2" and Enter.
+/// Stimuli of the same model share one session. A stimulus changes only while the tool touches nothing, so there is no
+/// force step. Answers: left arrow (first), right arrow (second), or "1" and "2" on standard input.
 class LiveSubject {
  public:
   struct Options {
     WorkbenchOptions workbench;
     Question question = Question::kStiffness;
     double seconds = 4;     // s, duration of each stimulus
-    double most_delay = 0;  // s, largest delay of the force among all stimuli
+    double most_delay = 0;  // s, largest delay among the stimuli
   };
-  /// Stores the options. The first call of ask() opens a session. Throws Error.
+  /// The first ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
   ~LiveSubject();
 
@@ -32,8 +29,7 @@ class LiveSubject {
     Answer answer;
     double seconds;  // s, time from the question to the answer
   };
-  /// Presents both stimuli and asks for the answer. Returns an empty optional if the session ended. `of`: text that
-  /// states the number of the trial, for example "12 of at most 100".
+  /// Both stimuli, then the answer; empty if the session ended. `of`: for example "12 of at most 100".
   std::optional<Given> ask(const Trial& trial, const std::string& of);
   /// Ends the session. Throws RunFailure if the session failed.
   void stop();

@@ -15,27 +15,24 @@ namespace {
 
 using Binomial = boost::math::binomial_distribution<double>;
 
-constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upper quartile of the normal distribution
-constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
-constexpr double kLeastProbability =
-    1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-// Ratio that limits the width of the fitted curve. The smallest width is (smallest difference / kWidthRange), the
-// largest width is (largest difference · kWidthRange).
+constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75
+constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile, one degree of freedom
+constexpr double kLeastProbability = 1e-12;            // so that no answer makes the likelihood 0
+// Widths lie between smallest difference / kWidthRange and largest · kWidthRange.
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// The answers at one difference between the stimuli: their number, and how many of them were "second".
+/// Answers at one difference.
 struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// Finds the value between `low` and `high` at which `f` is largest. First evaluates `f` at `grid` points, then
-/// searches near the best point with Brent's method.
+/// Maximum of `f`: a grid, then Brent's method near its best point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
-  constexpr int kBits = 20;  // number of bits to which Brent's method computes a value
+  constexpr int kBits = 20;  // precision of Brent's method
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;
@@ -65,8 +62,7 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Finds the lapse rate with the largest likelihood for this bias and width. Returns the log-likelihood, which is a
-  /// concave function of the lapse rate.
+  /// Best lapse rate for this bias and width; the log-likelihood is concave in it. Returns the log-likelihood.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -127,7 +123,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Returns the derivative of the log-likelihood with respect to the lapse rate.
+  /// Derivative by the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -136,8 +132,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds by bisection the end of an interval. `inside(x)`: true if x is in the interval. `in`: a number in the
-  /// interval; `out`: a number outside; the end that is found lies between them.
+  /// End of an interval by bisection. `in` is inside, `out` outside.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -147,9 +142,9 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // value of the cumulative Gaussian Φ at each level, for the present bias and width
-  double greatest_ = 0;         // largest difference between the two stimuli of any trial
-  double low_ = 0, high_ = 0;   // logarithms of the smallest and of the largest width that the fit considers
+  std::vector<double> shares_;  // Φ at each level for the present bias and width
+  double greatest_ = 0;         // between the stimuli of any trial
+  double low_ = 0, high_ = 0;   // log of the smallest and largest width
 };
 
 }  // namespace
@@ -169,14 +164,14 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate fraction_of(int chosen, int count) {
-  constexpr double kTail = 0.025;  // probability below the lower end, and above the upper end, of the 95 % interval
+  constexpr double kTail = 0.025;  // on each side of the 95 % interval
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  // two-sided test: twice the probability that random answers choose one given alternative at least `more` times
+  // two-sided: twice the tail of one side
   return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));
 }
 

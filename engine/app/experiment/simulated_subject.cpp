@@ -13,12 +13,12 @@ namespace typodont {
 
 namespace {
 
-// the hand counts as in contact while the force exceeds this fraction of the largest force in the stimulus
+// of the stimulus's largest force: in contact above it
 constexpr double kTouched = 0.1;
-constexpr double kDelayRange = 1;          // s, largest delay of the force in a stimulus
+constexpr double kDelayRange = 1;          // s, largest delay
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Returns a uniform random number in [0, 1). Every standard library gives the same numbers.
+/// Uniform in [0, 1), the same in every standard library.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
@@ -30,8 +30,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// Returns the difference between the two stimuli, second − first, in percent. The stimulus with the smaller nominal
-/// value is 100 %.
+/// second − first; the nominally smaller stimulus is 100 %.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }
@@ -39,7 +38,7 @@ double signed_percent(const Trial& trial, double first, double second) {
 }  // namespace
 
 Answer SimulatedObserver::judge(double difference) {
-  // The psychometric function gives the probability of the answer "second". It includes lapses and bias.
+  // Lapses and bias included.
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 

@@ -1,4 +1,4 @@
-// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. For any thread.
+// Adaptive staircases: the next trial's difference from the earlier answers. Any thread.
 #pragma once
 
 #include <cmath>
@@ -6,29 +6,25 @@
 
 namespace typodont {
 
-/// Rule of a staircase. The level is the difference between the stimuli of a trial. Each change multiplies or divides
-/// the level by a ratio, so the level never reaches 0.
+/// The level is the difference of a trial's stimuli. Changes are ratios, so it never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    /// With this kind of staircase, the level falls after `down` consecutive right answers, and rises after each wrong
-    /// answer (Levitt 1971).
+    /// Down after `down` right answers in a row, up after each wrong one (Levitt 1971).
     kTransformed,
-    /// With this kind of staircase, the level falls by a small ratio after each right answer, and rises by a larger
-    /// ratio after each wrong answer (Kaernbach 1991).
+    /// Down a little after each right answer, up more after each wrong one (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// kTransformed: number of right answers after which the level falls. The staircase settles where the fraction of
-  /// right answers is 0.5^(1/down).
+  /// kTransformed: settles at 0.5^(1/down) right answers.
   int down = 2;
-  double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
-  double start = 50;          // first level (difference between the stimuli), in the experiment's unit
+  double weighted_at = 0.75;  // fraction right where kWeighted settles
+  double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between two successive levels during the first `coarse` reversals
-  double step = 1.2;        // ratio between two successive levels after the first `coarse` reversals
-  int coarse = 3;           // number of reversals at the start during which the ratio between levels is `first_step`
+  double first_step = 1.6;  // ratio of levels in the first `coarse` reversals
+  double step = 1.2;        // and afterwards
+  int coarse = 3;           // reversals with `first_step`
 
-  /// Returns the fraction of right answers at the level where the staircase settles.
+  /// Fraction right where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -36,9 +32,9 @@ class Staircase {
  public:
   explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
 
-  /// Returns the level (difference between the stimuli) of the next trial.
+  /// Of the next trial.
   double level() const { return level_; }
-  /// Changes the level after an answer to the present trial. `right`: true if the answer was right.
+  /// `right`: of the present trial.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -49,11 +45,9 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Returns the number of reversals so far. A reversal is a change from falling to rising levels, or from rising to
-  /// falling levels.
+  /// Reversals so far, from falling to rising or back.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Returns the geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number
-  /// of reversals is used. 0 if there are too few reversals.
+  /// Geometric mean at an even number of reversals after the first `coarse`; 0: too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -67,8 +61,8 @@ class Staircase {
 
   StaircaseRule rule_;
   double level_;
-  int in_a_row_ = 0;   // number of right answers since the level last changed
-  int direction_ = 0;  // sign of the last change of the level: 1 up, -1 down, 0 no change yet
+  int in_a_row_ = 0;   // right answers since the last change
+  int direction_ = 0;  // last change: 1 up, -1 down, 0 none
   std::vector<double> turns_;
 };
 

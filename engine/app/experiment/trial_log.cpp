@@ -18,9 +18,9 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // prefix of the first line; the rest of this line is the plan as JSON
+constexpr std::string_view kPlan = "# plan ";  // the rest of the first line is the plan as JSON
 
-/// Names of the three columns that depend on the question: the value of each stimulus, and their difference.
+/// Columns that depend on the question.
 struct Columns {
   std::string first, second, level;
 };

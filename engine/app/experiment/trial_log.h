@@ -1,4 +1,4 @@
-// The log of an experiment's trials: a table in a file. The file is rewritten completely after every trial.
+// The trials as a table. The file is rewritten after every trial.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +10,17 @@
 namespace typodont {
 
 struct TrialLog {
-  ExperimentPlan plan;  // the experiment's plan; contains only the members that a fit needs: question, models, rule
-  std::string scene;    // name of the scene file as the user wrote it
-  std::string subject;  // name or code of the person; may be empty
+  ExperimentPlan plan;  // only question, models, rule
+  std::string scene;    // as the user wrote it
+  std::string subject;  // name or code; may be empty
   std::vector<AnsweredTrial> answered;
 };
 
-/// Returns the whole table as text. The first lines begin with '#' and contain the plan.
+/// First the lines with '#', which hold the plan.
 std::string table_of(const TrialLog& log);
-/// Writes the table to the file. If the program is killed while writing, the file still contains the table of the
-/// previous trial.
+/// Killed while writing, the file keeps the previous trial's table.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
-/// Reads a log. Throws Error that names file, line and column.
+/// Throws Error with file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);
 
 }  // namespace typodont

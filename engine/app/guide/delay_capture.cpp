@@ -32,13 +32,12 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// Records the samples of one device, with their arrival times, on a thread of its own. The constructor opens the
-/// device; begin() starts the recording.
+/// Samples of one device with arrival times, on its own thread.
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample. A device that has a clock of its own starts this clock then. wake() is called for all
-  /// recordings before the first begin(). So the time that a device needs to start is not measured as delay.
+  /// Reads the first sample, which starts the device's own clock. All wake() come before the first begin(), so that
+  /// start-up is no delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
@@ -64,7 +63,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// Returns the time (ns) at which the clock of all recordings of a run starts.
+  /// ns, the common zero of a run.
   static Nanos zero() {
     static const Nanos began = now();
     return began;

@@ -1,5 +1,5 @@
-// Records one motion with two devices at the same time: the haptic device of the bench, and another sensor that moves
-// together with this device. The time stamp of a sample is its arrival time on this computer's clock, as in a session.
+// One motion recorded by the bench's haptic device and a sensor that moves with it. Time stamps are arrival times on
+// this computer's clock, as in a session.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 namespace typodont {
 
 struct DelayCaptureOptions {
-  std::string hand;  // address of device A, which is a hand (a device that can move the tool)
+  std::string hand;  // a device that can move the tool
   std::string with;  // address of device B: another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  // s, largest duration; the capture ends earlier if the delay is known with an accuracy of 0.1 ms
+  // s at most; ends earlier at 0.1 ms accuracy
   double seconds = 30;
 };
 
@@ -21,8 +21,8 @@ struct DelayCapture {
   calibration::DelayResult result;
 };
 
-/// Measures the delay between the two devices. Prints prompts on standard output, and the present estimate every two
-/// seconds. Throws Error at set-up, and RunFailure if a stream ends too early.
+/// Prompts on standard output, an estimate every two seconds. Throws Error at set-up, RunFailure if a stream ends
+/// early.
 DelayCapture capture_delay(const DelayCaptureOptions& options);
 
 }  // namespace typodont

@@ -35,15 +35,15 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand (device) on a thread of its own, without force. A touch is a point that the user touches with the
-/// hand's tip and confirms by pedal or key. take() returns the touches one by one.
+/// Reads the hand on its own thread, without force. A touch is a point touched with the tip and confirmed by pedal or
+/// key; take() returns them one by one.
 class GuideHand {
  public:
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // joint angles of the arm; empty if the hand does not report them
-    double moved = 0;                   // m, distance that the tip moved while the touch was captured
+    std::optional<ArmReading> reading;  // joint angles; empty if not reported
+    double moved = 0;                   // m, tip motion during the touch
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -53,8 +53,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // The calibration measures the poses of base and tool on the bench. So the device must use its own frames, without
-    // corrections.
+    // Base and tool are what is calibrated, so the device uses its own frames.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -67,9 +66,9 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// Requests a touch as if the user had pressed the pedal.
+  /// As if the pedal was pressed.
   void press() { asked_ = true; }
-  /// Accepts the next press of the pedal. Presses are ignored while the previous press is processed.
+  /// Presses before this are ignored.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -85,8 +84,7 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    // The thread needs real-time priority. Otherwise it could write to the device too late, and late writes trigger the
-    // device's safety layer.
+    // Late writes would trigger the device's safety layer.
     if (device_->info().force_limit > 0) enter_realtime({});
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
@@ -107,15 +105,14 @@ class GuideHand {
   StillTouch still_;  // detects touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  // the captured touch; either the hand's thread or the main thread may use it: the hand's thread only while `state_`
-  // is kReady, the main thread only while it is kPressed
+  // the hand's thread uses it while `state_` is kReady, the main thread while it is kPressed
   Press press_;
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
 };
 
-/// Plays short sounds (cues) one after the other.
+/// Cues, one after the other.
 class GuideVoice {
  public:
   explicit GuideVoice(const std::string& address)
@@ -148,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, time reserved for a cue (a short sound); longer than every cue
+  static constexpr double kLength = 0.2;  // s, longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -166,14 +163,14 @@ class GuideVoice {
   bool file_;
   std::array<std::vector<float>, 5> sounds_;
   Ring<Cue> cues_{64};
-  const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
+  const std::vector<float>* playing_ = nullptr;  // audio thread only
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // The sound output is declared last. So it is destroyed first, and stops before the data that it plays are destroyed.
+  // Last, so that output stops before its data is destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Parameters for drawing the prompts. They are read from the rig file.
+/// Read from the rig file.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -188,15 +185,14 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // before the step that calibrates the screen, the rig need not describe a screen
+  } catch (const Error& e) {  // no screen is described yet before its calibration
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the bench's screen, in the stereo layout that the rig file states, with a separate picture for each
-/// eye.
+/// The window on the bench's screen, in the rig's stereo layout.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
@@ -221,7 +217,7 @@ class GuideScreen {
     changed_ = true;
     draw();
   }
-  /// Reads keys and the close button. Redraws the window if the desktop has lost its content.
+  /// Keys and the close button. Redraws what the desktop lost.
   display::UserInput poll() {
     display::UserInput input = output_->poll();
     if (changed_ || output_->needs_frame()) draw();
@@ -238,7 +234,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    // The window is minimised, or the GPU cannot draw to it at the moment. A later call tries again.
+    // minimised, or not drawable now; a later call tries again
     if (!target) return;
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
@@ -263,7 +259,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Draws the prompt for each eye, in the size at which the picture is shown without scaling.
+  /// For each eye, at the size that needs no scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -292,8 +288,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Waits here until the GPU has finished. The wait function of `ring_` is not used, because it throws if the GPU is
-    // lost.
+    // `ring_` would throw if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
@@ -312,12 +307,12 @@ class GuideScreen {
   gpu::Buffer bytes_;
   glm::ivec2 size_{0};
   Prompt prompt_;
-  bool changed_ = false;  // true: the prompt has changed since the pictures were drawn
-  bool fresh_ = false;    // true: the new pictures must still be uploaded to the GPU
+  bool changed_ = false;  // the prompt has changed since
+  bool fresh_ = false;    // not yet uploaded
 };
 #endif
 
-/// Reads lines from standard input, with a time limit.
+/// Standard input by lines, with a time limit.
 class Keyboard {
  public:
   std::optional<std::string> line(int wait_ms) {
@@ -341,12 +336,12 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      // the line is longer than any valid line, so it is ended here
+      // longer than any valid line
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Inserts lines, which are read before further lines of standard input.
+  /// To be read before more of standard input.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -355,7 +350,7 @@ class Keyboard {
   bool ended_ = false;
 };
 
-// Parses a touch that was typed as a line: "x y z" in millimetres, or six joint angles in radians.
+// "x y z" in mm, or six joint angles in rad.
 std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
   std::vector<double> numbers;
   const char *at = line.data(), *end = line.data() + line.size();
@@ -378,7 +373,7 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-/// Guides the user through one step of the calibration, from the first prompt to the end.
+/// One step of the calibration, from first prompt to end.
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
@@ -404,15 +399,13 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // ended() must be called before take(). In the other order, the hand's thread could store its last press after
-      // take() and end before ended(). This last press would be lost.
+      // In this order: between take() and ended() the hand's last press would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // The user has requested a touch with a key. Waits until the hand has answered, and reads the next key after
-      // that.
+      // Asked by key: wait for the hand before the next key.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -466,7 +459,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports the event `happened`, prompts for the next touch, and accepts this touch.
+  /// Reports `happened`, prompts for the next touch and takes it.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -501,8 +494,7 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Joint angles are stored only for arms with a known kinematic model, that is, for the open arm designs. For
-      // other arms, the tip's position cannot be computed from the joint angles.
+      // Only open arm designs have a kinematic model that gives the tip.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }
@@ -554,7 +546,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // true if a key has requested a touch and the hand has not yet answered
+  bool waiting_ = false;  // asked by key, not yet answered by the hand
 };
 
 }  // namespace
