@@ -19,46 +19,40 @@ namespace typodont {
 
 namespace {
 
-/// Planned forces of the cuts, as multiples of the task's mean force. ExpertHand adjusts its lead (distance ahead of
-/// the tool) until the force equals the planned force.
+/// Forces of the cuts, in the task's mean force. ExpertHand adjusts its lead to them.
 struct CutForce {
-  // `rough` for the bulk of the tissue if another tool cuts the final surface; `bulk` for the bulk if the same tool
-  // cuts the final surface; `finishing` for the final surface
+  // rough: bulk, if another tool finishes; bulk: if the same one does; finishing: final surface
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
-  // For the bulk of the tissue if a coarse tool cuts. A coarse tool needs less energy per volume than the tissue's
-  // specific energy.
+  // a coarse tool's bulk; it needs less energy per volume
   static constexpr double coarse = 2.7;
-  // upper limit of the planned force, as a fraction of the largest force that the task accepts
+  // upper limit, in the largest force that the task accepts
   static constexpr double below_most = 0.9;
 };
 
-/// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
+/// How strokes are joined to one sequence of steps.
 struct Joining {
-  // Cosines of the angle between two consecutive strokes. If the cosine is above straight_on, the hand keeps its full
-  // speed. If it is below `turn`, the hand slows down most.
+  // cosines between two strokes: full speed above, slowest below
   static constexpr double straight_on = 0.9, turn = 0.3;
-  // m/s, speeds of the hand where one stroke ends and the next begins. The speed depends on the cosine of the angle
-  // between the strokes: it is aside_pace if the cosine lies between `turn` and `straight_on`, and turn_pace if the
-  // cosine is smaller than `turn`.
+  // m/s at the joint: between the two cosines, and below `turn`
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
-  // m; two strokes with a gap smaller than this count as one continuous stroke
+  static constexpr double coarse_haste = 2.5;  // factor on both with a coarse tool
+  // m, below it two strokes are continuous
   static constexpr double no_gap = 1e-6;
-  // m, largest length of a run (consecutive strokes of a hand instrument)
+  // m, longest run of a hand instrument's strokes
   static constexpr double longest_run = 3e-3;
-  // m; two strokes with a gap smaller than this are joined without lifting the tool
+  // m, below it the tool is not lifted
   static constexpr double joined = 0.6e-3;
-  // m, height of the tool above the highest obstacle on the path between two strokes
+  // m, above the highest obstacle between two strokes
   static constexpr double hop = 0.5e-3;
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
-  // m, smallest horizontal distance between the tool and obstacles on the path to the next stroke
+  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank
+  // m, from obstacles beside the path
   static constexpr double beside = 0.3e-3;
-  static constexpr double above = 1.0e-3;  // m, when the tool travels, it is at this height above the highest tissue
-  static constexpr double run_up = 0.6;    // s, time that the drill gets to reach its speed
+  static constexpr double above = 1.0e-3;  // m, of travel above the highest tissue
+  static constexpr double run_up = 0.6;    // s, for the drill to reach its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to treat a larger body than a tooth.
-/// So all lengths of the hand's motion are multiplied by the ratio of the task's voxel size to this size.
+/// m, of a typical CT of a tooth. Tasks with larger voxels treat larger bodies: all lengths of the motion grow with
+/// them.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -68,107 +62,91 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = CutForce::below_most * rule.target;
   }
-  // The default limit of the largest force is meant for teeth. The task of another body may require a mean force above
-  // this limit; then the largest force is not limited.
+  // The default is for teeth. If the task needs a mean force above it, there is no limit.
   if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
 }
 
-/// Parameters for the choice and the order of the cutting tools.
+/// Choice and order of the cutting tools.
 struct ToolChoice {
-  // pass: distance between two passes, as a fraction of the tool's diameter; least_pass, most_pass: m, its bounds
+  // between passes, in diameters; m, bounds
   static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.5e-3;
-  // For a coarse tool. coarse_pass: distance between two passes, as a fraction of the tool's diameter;
-  // most_coarse_pass: m, upper bound of this distance. At this bound, the tool's round end leaves ridges of 0.04 mm.
+  // The same for a coarse tool. At the bound its round end leaves ridges of 0.04 mm.
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
-  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so the instrument keeps
-  // a distance. If it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
+  // m, of a hand instrument into tissue that must stay. Negative: enamel would bear the force, and the filling beside
+  // it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
-  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
-  // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
-  // score tolerates
+  static constexpr double allowance = 0.005e-3;  // m, the same of a bur
+  // m, thinnest cut of a bur; below the 0.02 mm that the score tolerates
   static constexpr double least_cut = 0.015e-3;
-  // Choice of the next cutting tool. The error is the volume that differs from the ideal result. A tool is good enough
-  // if it reduces the error by at least (1 - tolerated_loss) of what the best tool achieves. Of the tools that are good
-  // enough, the widest is chosen, because it is the fastest.
+  // The error is the volume off the ideal. Tools that reduce it by (1 - tolerated_loss) of the best are good enough;
+  // the widest of them is fastest.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
-  // Ratio of two errors (volumes that differ from the ideal result): the error after the best tool, divided by the
-  // error after the chosen tool. If the ratio is smaller than this, the chosen tool cuts only the bulk, and another
-  // tool cuts the final surface.
+  static constexpr double same_width = 0.01e-3;  // m, widths that count as equal
+  // error after the best tool / after the chosen one; below it, another tool finishes
   static constexpr double hardly_less = 0.6;
-  // Two conditions for using another tool; both must be met. The error is the volume that differs from the ideal
-  // result. needed_reduction: the tool must leave less than this fraction of the present error. least_gain: the tool
-  // must reduce the error by at least this fraction of the error at the task's start.
+  // Another tool is taken if it leaves less than needed_reduction of the present error, and gains at least least_gain
+  // of the first error.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
-/// that is nearest to the instrument's free end.
+/// Filling comes in portions: domes around the surface point nearest to the instrument's free end.
 struct Filling {
-  // m, height above the tissue at which the instrument moves to the place of the next portion of filling
+  // m above the tissue, on the way to the next portion
   static constexpr double hop_over = 0.3e-3;
-  static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
+  static constexpr double grid = 0.15e-3;  // m, between the positions that are evaluated
   static constexpr int head_points = 120;
-  static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
-  // The instrument is lowered in steps. A step is at most this fraction of the distance between the instrument and the
-  // tissue.
+  static constexpr double down = 0.04e-3;  // m, step of lowering onto the tissue
+  // in steps of at most this fraction of the distance left
   static constexpr double trusted = 0.7;
-  static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
-  // height and radius of a portion of filling, as fractions of the largest distance at which the instrument can add
-  // filling
+  static constexpr double free = 0.03;  // voxels, from the tissue
+  // of a portion, in the instrument's largest reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
-  // largest height of the instrument above the cavity's floor, as a multiple of the instrument's radius; at a larger
-  // height, the instrument would be nearer to a wall than to the floor
+  // in radii above the cavity's floor; higher, a wall would be nearer than the floor
   static constexpr double below_wall = 0.8;
-  // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this wall in steps of the length
-  // `nudge`
+  // m; nearer to a wall, the instrument is nudged to it
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
-  // m; the instrument leaves a hole in the filling. It rises in steps of this length, and fills the hole at each step.
+  // m, step by which the instrument rises and fills the hole that it leaves
   static constexpr double rise = 0.3e-3;
-  // voxels, smallest distance between the dome of filling and the instrument's head
+  // voxels, from the dome to the head
   static constexpr double head_free = 0.5;
-  // Smallest length of a distance field's gradient near a single surface (exactly, the length is 1 there). If the
-  // gradient at a point is shorter than this, the point is assumed to lie midway between two surfaces.
+  // The gradient's length is 1 near a single surface; shorter: midway between two.
   static constexpr double one_surface = 0.5;
-  // m, largest height of the instrument's end above the final contour: `proud` in the first pass of filling, `overfill`
-  // in the second pass
+  // m above the final contour: first and second pass
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
-  // Cost of unwanted filling, relative to the gain of the same volume of wanted filling. carved_again, overfilled: low
-  // costs over the cavity in the first and in the second pass of filling, because this excess is carved away later.
-  // flash: high cost on the enamel beside the cavity, because a hand instrument hardly removes this excess.
+  // Cost of unwanted filling, in the gain of wanted filling: over the cavity in the first and second pass (carved away
+  // later), and on the enamel beside it, where a hand instrument hardly removes it.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels, depth of a test point below the final contour. A position above the contour counts as over the cavity if
-  // the test point under this position was empty before the task.
+  // voxels below the contour; a position is over the cavity if this point was empty before the task
   static constexpr double rim = 0;
-  // m; added filling counts as a gain only up to this height above the lowest voxel that still lacks filling
+  // m above the lowest voxel that lacks filling; filling gains up to there
   static constexpr double layer = 0.6e-3;
-  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
+  // voxels, depth inside the dome of a voxel that counts as filled
   static constexpr double whole_voxel = 0.9;
-  // m³, smallest volume of a portion of filling; the instrument can add this volume in one tick
+  // m³, smallest portion; can be added in one tick
   static constexpr double least_volume = 0.004e-9;
-  static constexpr int at_once = 1;  // number of portions of filling that one plan adds
-  // A portion of filling is abandoned after `longer` times its nominal duration, plus `least_time` (s).
+  static constexpr int at_once = 1;  // portions in one plan
+  // A portion is abandoned after `longer` times its duration plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Parameters that decide when the hand stops cutting and filling.
+/// When cutting and filling end.
 struct Rounds {
-  // Another round of cutting is planned if filling was added since the last round. Otherwise, it is planned only if the
-  // last round reduced the error (the volume that differs from the ideal result) to less than this fraction.
+  // After filling there is always another round of cutting; otherwise only if the last one left less than this of the
+  // error.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
-  // m; in the first carving, excess filling stays if it is not thicker than this
+  // m, excess that the first carving leaves
   static constexpr double clearly_too_high = 0.1e-3;
-  // m³; if a layer of filling reduces the missing volume by less than this, it counts as useless
+  // m³, smallest useful layer
   static constexpr double least_layer = 0.01e-9;
-  // after this number of consecutive useless layers, the next filling instrument is used
+  // useless layers in a row before the next instrument
   static constexpr int most_vain = 3;
 };
 
-/// Returns the volume (m³) in which the tissue differs from the task's ideal result.
+/// m³, tissue off the ideal.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -178,7 +156,7 @@ double remaining_difference(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Returns the volume (m³) in which filling is missing.
+/// m³, filling that is missing.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -188,7 +166,7 @@ double missing_in(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Returns the mean diameter (m) of a tool's head over its length.
+/// m, mean diameter of the head over its length.
 double mean_width(const haptics::Tool& tool) {
   constexpr int kPlaces = 16;
   double sum = 0;
@@ -198,8 +176,7 @@ double mean_width(const haptics::Tool& tool) {
 
 class Plan {
  public:
-  /// Begins a plan. `filled`: positions at which earlier plans added portions of filling; this plan appends its own
-  /// positions.
+  /// `filled`: where earlier plans added portions; this plan appends its own.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -220,14 +197,13 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// Plans the cutting with one tool after the other. Ends when no other tool would reduce the error enough
-  /// (ToolChoice). Tissue thinner than `least_thickness` (m) is not cut.
+  /// One tool after the other, until none reduces the error enough. Tissue thinner than `least_thickness` (m) stays.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
-      now.before = now.after;  // the next strokes start from the tissue that the earlier strokes leave
+      now.before = now.after;  // the next strokes start from what the earlier ones leave
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -266,14 +242,13 @@ class Plan {
     }
   }
 
-  /// Returns the number of filling instruments in the tool set.
+  /// Filling instruments in the set.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling. `coarser`: index of the filling instrument, sorted by reach; 0: the smallest reach,
-  /// which is the finest instrument. `over`: true in the second pass, in which the instrument may stand higher above
-  /// the contour, and excess filling costs less. If no portion improves the result, the plan stays empty.
+  /// `coarser`: index of the instrument, by reach, 0 the finest. `over`: second pass, which may stand higher and whose
+  /// excess costs less. Empty if no portion gains.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -287,7 +262,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, volume that differs from the ideal result after the planned cuts
+    double left = 0;  // m³ off the ideal after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -300,10 +275,9 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
-  /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
-  /// multiple of the task's mean force.
+  /// Appends the steps of these strokes. `bulk_force`: in the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
+    double run = 0;  // m, length of the present run
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
@@ -327,7 +301,7 @@ class Plan {
     }
     lift();
   }
-  /// Returns the speed (m/s) of the hand at the transition from one stroke to the next stroke.
+  /// m/s at the joint of two strokes.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -336,13 +310,12 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // a stroke counts as parallel to the axis if the cosine of the angle between stroke and axis is above this limit
+    // cosine with the axis, from which a stroke is parallel to it
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Prepares a hole for the stroke `in` of the tool `last`, as a set of reamers does: adds the same stroke for every
-  /// narrower tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke
-  /// of `last` itself.
+  /// As with a set of reamers: the stroke `in` for every narrower tool of the same shape, narrowest first, all to the
+  /// same depth; not for `last` itself.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -374,8 +347,7 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// Moves to a point high above `to`, over all obstacles on the path. `lifts`: true if the tool first moves straight
-  /// up from its last position.
+  /// High above `to`, over all obstacles. `lifts`: straight up first.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -389,8 +361,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion of
-  /// filling that was just added.
+  /// Up to `height`, sideways, down, clear of the new portion.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -409,13 +380,13 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
   }
 
-  /// A filling instrument whose shank is parallel to the preparation's axis.
+  /// Its shank is parallel to the preparation's axis.
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
     dvec3 u, v, w;             // the instrument's axes in frame W
-    double half;               // m, distance from the head's centre to its free end
-    std::vector<dvec3> head;   // m, points on the head's surface, relative to the head's centre, in the axes of frame W
+    double half;               // m, from the head's centre to its free end
+    std::vector<dvec3> head;   // m from the head's centre, axes of W
     haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
@@ -430,30 +401,27 @@ class Plan {
     }
     dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
   };
-  /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
+  /// Pose of the instrument, and the dome that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome (the curved surface of a portion of filling)
-    // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
-    // wanted: for each k and each height level, the number of voxels in the dome up to this level in which filling is
-    // missing.
+    dvec3 center;  // m, of the dome
+    // excess[k]: cost of unwanted filling in a dome of radius k + 1 voxels. wanted: for each k and height, voxels up to
+    // there that lack filling.
     std::vector<double> excess, wanted;
-    // Height levels of the member `wanted`, in m along the preparation's axis. lowest: height of the lowest level;
-    // step: distance between two levels.
+    // Heights of `wanted`, m along the axis.
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position of the instrument's axis (m along u and v), and the portion of filling that would be added there.
+  /// m along u and v, and the portion there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Plans portions of filling for the lowest voxels in which filling is missing. Deep voxels are filled first, because
-  /// later filling would make them unreachable.
+  /// Lowest voxels first: later filling would make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -468,7 +436,7 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      // Skips a voxel that a portion of filling in this plan already fills.
+      // A portion of this plan fills it.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
       double radius = 0;  // voxels, radius of the dome of filling
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
@@ -493,7 +461,7 @@ class Plan {
     if (portions > 0) lift();
   }
 
-  /// Adds a step that keeps the pedal pressed until `volume` (m³) has been filled.
+  /// Pedal pressed until `volume` (m³) is filled.
   void press(const Instrument& instrument, const Pose& X_WT, double volume) {
     pedal_ = 1;
     add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
@@ -501,8 +469,7 @@ class Plan {
     pedal_ = 0;
   }
 
-  /// Fills the hole that the instrument leaves in a dome of `radius` (m): the instrument rises in steps and fills a
-  /// small dome under its free end at each step. Otherwise later domes would cover the hole, and a void would remain.
+  /// Rises in steps and fills a small dome at each, or later domes would cover the instrument's hole.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
     const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
@@ -522,7 +489,7 @@ class Plan {
     }
   }
 
-  /// Returns the centres of the voxels in which filling is missing, the lowest first.
+  /// Centres of voxels that lack filling, lowest first.
   std::vector<dvec3> lowest_first(const session::Preparation& in) const {
     std::vector<std::pair<double, dvec3>> by_height;
     for (int x = 0; x < in.after.size.x; ++x) {
@@ -541,10 +508,8 @@ class Plan {
     return voxels;
   }
 
-  /// Finds the best portion of filling for the voxel q, in which filling is missing, and the radius of this portion in
-  /// voxels. Null if no portion has a gain. The gain is the missing volume that the portion fills, minus the cost of
-  /// excess filling. Only the volume up to a height of Filling::layer above q counts, because filling at larger heights
-  /// would block the instrument.
+  /// Best portion for voxel q, with its radius (voxels); null if none gains. Gain: missing volume up to Filling::layer
+  /// above q, minus the cost of excess. Higher filling would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -567,12 +532,12 @@ class Plan {
     }
     return best;
   }
-  /// Returns the largest radius (voxels) of a dome of filling that the instrument can add.
+  /// Largest dome (voxels) that the instrument can add.
   static double most_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome of filling to the planned tissue. Returns the added volume, m³.
+  /// Adds the dome to the planned tissue. Returns m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -583,7 +548,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// Makes a grid of positions of the instrument above the voxels in which filling is missing.
+  /// Grid above the voxels that lack filling.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -605,15 +570,13 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
-  /// filling. Returns the portion of filling that the instrument adds there.
+  /// Lowers the instrument to the tissue, lifts it by a portion's height.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // Returns the free space (voxels) around the instrument at the height c: the distance to the tissue minus the
-    // required clearance Filling::free. 0 if the tissue is nearer than this clearance.
+    // Voxels to the tissue at height c, less Filling::free; 0 if nearer.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -630,12 +593,10 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // Lowers the instrument by a multiple of Filling::down. The multiple grows with the distance of the tissue below
-      // the instrument.
+      // Farther where there is more room below.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // If a wall is near, moves the instrument to this wall. Otherwise a slit between instrument and wall would stay
-    // unfilled.
+    // To a near wall, or the slit between would stay unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -656,10 +617,8 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of filling (a dome) that the instrument adds when the centre of its head is at (a, b, c), in
-  /// coordinates along the instrument's axes. The dome's centre is the surface point nearest to the instrument's free
-  /// end, as in the servo. If the free end is midway between two walls, the dome's centre is the surface point straight
-  /// below the free end. Returns no value if the instrument reaches no surface.
+  /// Portion with the head's centre at (a, b, c). Its dome's centre is the surface point nearest to the free end, as in
+  /// the servo; midway between two walls, the point straight below. Empty if no surface is in reach.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -680,8 +639,7 @@ class Plan {
     return portion;
   }
 
-  /// Returns the distance (m) from p (voxels) straight down to the tissue. It is limited to the reach of the
-  /// instrument.
+  /// m from p (voxels) straight down to tissue, up to the reach.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -727,7 +685,7 @@ class Plan {
     }
   }
 
-  /// Returns the cost of unwanted filling in the voxel at p (voxels): low over the cavity, high beside it.
+  /// Cost of unwanted filling at p (voxels): low over the cavity.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -736,13 +694,12 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal result, and belongs to
-  /// the volume that the task changes.
+  /// Empty now, inside the ideal, and in the volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
 
-  /// Returns the height (m along the preparation's axis) of the highest point of the tissue.
+  /// m along the axis, of the tissue's highest point.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
     for (int x = 0; x < field.size.x; ++x) {
@@ -757,21 +714,20 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³, volume that differed from the ideal result at the task's start
+  double whole_;  // m³ off the ideal at the start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  // m along the axis: height of the tissue's top, and height at which the tool travels
+  // m along the axis: tissue's top, and travel
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N, force of the cuts that are added to the plan next
+  double force_ = 0;  // N, of the next cuts
   std::uint32_t tool_ = 0;
-  // true in the second pass of filling. In this pass, filling may rise above the final contour, because the excess is
-  // carved away later.
+  // second pass of filling: may rise above the contour, is carved later
   bool over_ = false;
 };
 
@@ -791,15 +747,13 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // Chooses the instrument. If several consecutive layers hardly reduced the missing volume, the next instrument is
-  // chosen, which reaches farther.
+  // After useless layers, the next instrument, which reaches farther.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Starts the second pass of filling, after the first carving. It fills what is still missing, and more; the excess
-    // is carved away later.
+    // Second pass, after the first carving: fills what is missing, and more.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     useless_layers_ = 0;
@@ -820,8 +774,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // If filling continues after this carving, the excess on the surface is filled over again. So the first carving
-    // leaves thin excess, and removes only excess that is thicker than a limit.
+    // If filling continues, the first carving leaves thin excess.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();

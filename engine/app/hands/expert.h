@@ -1,5 +1,4 @@
-// Plans the work of a simulated hand that carries out a task: a list of steps that change the tissue to the task's
-// ideal result. ExpertHand (expert_hand.h) follows the steps.
+// Plans steps that change the tissue to the task's ideal. ExpertHand (expert_hand.h) follows them.
 #pragma once
 
 #include <limits>
@@ -12,58 +11,56 @@
 
 namespace typodont {
 
-/// m/s, largest speed of the target point along a cut
+/// m/s, of the target point along a cut
 inline constexpr double kExpertCutPace = 40e-3;
 
-/// One step of a plan: a motion, a pause, or a change of the tool.
+/// A motion, a pause, or a change of tool.
 struct ExpertLeg {
   enum class Kind {
     kMove,    // moves the tool through the air
-    kCut,     // cuts along a line, as fast as tissue is removed
-    kScrape,  // scrapes with a hand instrument to and fro along a line until the tool reaches the line
-    kWait,    // waits for a time, or until a volume has been filled
-    kTake,    // changes the tool; the servo does this when the drill stands still
+    kCut,     // along a line, as fast as tissue goes
+    kScrape,  // to and fro with a hand instrument until it reaches the line
+    kWait,    // for a time, or until a volume is filled
+    kTake,    // the servo changes the tool when the drill stands still
   } kind = Kind::kMove;
   Pose to;
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;  // m³; a step of the kind kWait ends when this volume has been filled
-  /// m/s, speed at the end of this stroke; the next step starts with the same speed. 0: the hand stops
+  double volume = 0;  // m³, at which kWait ends
+  /// m/s, at this stroke's end and the next one's start; 0: stop
   double end_pace = 0;
-  double force = 0;     // N, force with which the hand pushes during a cut
-  bool coarse = false;  // true: a coarse tool cuts; the tool need not meet a corner between two strokes exactly
-  bool rough = false;   // true: a coarse tool removes the bulk; its path may deviate more from the planned line
+  double force = 0;     // N, of the hand during a cut
+  bool coarse = false;  // need not meet corners exactly
+  bool rough = false;   // bulk with a coarse tool: wider tolerance
 };
 
-/// Size of the body that the task treats, and forces of the task. The hand's motion is scaled with these values.
+/// Body size and forces that scale the motion.
 struct ExpertGrip {
-  // factor for the lengths of the hand's motion (distances, clearances, tolerances): 1 for a tooth, larger for a larger
-  // body
+  // factor on lengths of the motion; 1 for a tooth
   double size = 1;
-  double force = 1;    // N, mean force that the task asks for
-  double lead = 1e-3;  // m, distance of the hand ahead of its tool at which the force equals the mean force
+  double force = 1;                                             // N, mean force that the task asks for
+  double lead = 1e-3;                                           // m ahead of the tool, at the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position at which a portion of filling was added, m along the two axes perpendicular to the preparation's axis. The
-/// instrument leaves a hole in the filling there, and can enter this hole again only at exactly the same position.
+/// m, perpendicular to the axis, where a portion was added. Its hole can be entered again only exactly there.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
 };
 
-/// Plans strokes that change the tissue to the ideal result of the scene's task. Chooses the tools of the scene that
-/// come nearest to this result. Cavities, crowns and caries are cut. Fillings are added in layers and then carved.
+/// Strokes to the ideal result with the scene's best tools: cavities, crowns and caries are cut, fillings built in
+/// layers and carved.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal result.
+  /// `start`: the tissue at the session's start. Throws Error without an ideal result.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// Makes the next plan for the present tissue: one layer of filling, or all cutting and carving. Returns an empty
-  /// plan if no plan would improve the result. Throws Error if no tool of the scene can begin the task.
+  /// One layer of filling, or all cutting and carving. Empty if nothing improves the result. Throws Error if no tool
+  /// can begin.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
-  /// Returns the tissue that the last plan would leave if the tool followed it exactly.
+  /// What the last plan leaves if followed exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:
@@ -71,18 +68,16 @@ class Expert {
   const ExpertGrip grip_;
   TaskEvaluator judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³, volume that differed from the ideal result at the start
+  double whole_;  // m³ off the ideal at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
-  int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// Number of layers that had been filled when the last carving was planned. It stays 0 after the first carving until
-  /// filling continues.
+  int layers_ = 0, cuts_ = 0;  // plans so far
+  /// layers at the last carving; 0 after the first carving until filling continues
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
-  double off_ = 0;          // m³, volume that differed from the ideal result before the last round of cutting
-  int useless_layers_ = 0;  // number of consecutive layers that hardly reduced the missing volume
-  // Index of the filling instrument; the finest has index 0. In the second pass, which overfills, the number of
-  // instruments is added to the index.
+  double off_ = 0;          // m³ off the ideal before the last round of cutting
+  int useless_layers_ = 0;  // in a row
+  // of the filling instrument, 0 the finest; in the second pass plus their number
   std::size_t instrument_ = 0;
 };
 

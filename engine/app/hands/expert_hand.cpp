@@ -9,65 +9,49 @@ namespace typodont {
 
 namespace {
 
-/// Parameters of the hand's motion along one step of its plan (ExpertLeg). A target point moves along the planned line,
-/// and the hand pulls the tool to this point. The lengths are for work on a tooth; for a larger body, they are
-/// multiplied by ExpertGrip::size.
+/// A target point moves along the line, and the hand pulls the tool to it. Lengths for a tooth, times ExpertGrip::size.
 struct Lead {
-  // m/s, speed through the air: with a hand instrument, and with a running drill
+  // m/s through the air: hand instrument, running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // turning_pace: m/s, speed to which a scraping hand instrument slows down before it reverses its motion;
-  // turning_time: s, time constant of this slowdown.
+  // m/s to which a scraping instrument slows before it reverses, and s, time constant
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
-  // A cut slows down near its end. The hand reacts with a delay, so a fast cut would go too far, into tissue that
-  // should stay.
-  static constexpr double slowing_time = 0.04;  // s, time constant with which a cut slows down near its end
+  // The hand reacts late, so a fast cut would go too far.
+  static constexpr double slowing_time = 0.04;  // s, time constant near a cut's end
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // m, tolerance: during a cut, the target point moves on only while the tool is nearer than this to the target point
+  // m; the target waits until the tool is nearer
   static constexpr double ahead = 0.06e-3;
-  // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
+  // m; and nearer to the line
   static constexpr double beside = 0.022e-3;
-  // m, tolerance: while a coarse tool removes the bulk, the target point moves on only while the tool is nearer to the
-  // planned line than this
+  // m; the same for a coarse tool's bulk
   static constexpr double rough_beside = 0.05e-3;
-  // m; a cut that ends with a stop is finished when the distance of the tool from the end of the stroke is smaller than
-  // this
+  // m from the end of a cut that stops
   static constexpr double there = 0.01e-3;
-  // m; the tool counts as making progress if its distance from the target point has become smaller by at least this
+  // m nearer to the target, to count as progress
   static constexpr double progress = 2.5e-6;
-  // m, tolerance: scraping ends after a pass in which the tool was always nearer than this to the planned line
+  // m; scraping ends after a pass within it
   static constexpr double near_line = 0.03e-3;
-  // largest number of times that a hand instrument moves back along a run (consecutive strokes) to scrape the run again
+  // scrapings of the same run
   static constexpr int most_times = 3;
-  static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
-  // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
-  // point. The coupling (the spring between hand and tool) turns the lead into a force.
-  static constexpr double reaction_time = 0.05;  // s, time constant with which the hand follows its wanted position
-  // while cutting: distance from the target point to the hand, divided by the distance from the target point to the
-  // tool
+  static constexpr double patience = 3;  // s without progress until a stroke is abandoned
+  // The lead, target point to hand, is a gain times tool to target. The coupling turns it into a force.
+  static constexpr double reaction_time = 0.05;  // s, time constant of the hand
+  // of a cut
   static constexpr double gain = 50;
-  // Upper limit for the product gain · tick duration / reaction_time. With a larger product, the hand would oscillate,
-  // so the gain is reduced.
+  // limit of gain · tick / reaction_time, above which the hand oscillates
   static constexpr double steady_gain = 1.5;
-  // while scraping soft filling: distance from the target point to the hand, divided by the distance from the target
-  // point to the tool
+  // of scraping soft filling
   static constexpr double scrape_gain = 30;
-  // m, largest lead of the hand (distance ahead of the target point) while scraping
+  // m, of scraping
   static constexpr double most_scrape_lead = 1.2e-3;
-  // The lead of a cut is limited. The force at this limit depends on the tissue, so the limit is adjusted until the
-  // force equals the planned force of the step.
-  // lead_per_force: 1/s, gain of this adjustment. The rate of change of the limit, divided by ExpertGrip::lead, is this
-  // gain times the force error (planned minus measured force), divided by the task's mean force.
+  // 1/s. The lead's limit is adjusted until the force is the planned one: d(limit)/dt / ExpertGrip::lead = this · force
+  // error / mean force.
   static constexpr double lead_per_force = 15;
-  // Bounds between which the limit of the lead (distance of the hand ahead of the target point) is adjusted. They are
-  // multiples of ExpertGrip::lead, at which the force equals the task's mean force.
+  // bounds of this limit, in ExpertGrip::lead
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m; the limit of the lead (distance of the hand ahead of the target point) may always grow up to this value, because
-  // in soft bone the same force needs a longer lead than in a tooth
+  // m; the limit may always grow to this: soft bone needs a longer lead for the same force
   static constexpr double always_allowed_lead = 2e-3;
-  // Limits the speed in the air if the tool falls behind the hand. waits_from: m, distance of the tool from the target
-  // point at which the hand begins to slow down. waits_over: m; when this distance has grown by waits_over, the hand
-  // has its smallest speed. least_pace: smallest speed, as a fraction of the full speed.
+  // In the air the hand slows when the tool falls behind: m, from; m, until the least speed; least, of full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
@@ -100,7 +84,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.address = "expert:";
   info.model = "a hand that knows the task";
   info.rate = rate;
-  info.force_limit = info.torque_limit = 1e9;  // no limit, because a simulated hand can bear any force
+  info.force_limit = info.torque_limit = 1e9;  // it can bear any force
   return info;
 }
 
@@ -184,8 +168,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // A hand instrument scrapes to and fro along its run (a sequence of strokes), and slows down at both ends of the
-    // run.
+    // To and fro along the run, slowing at both ends.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;
@@ -220,8 +203,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // In soft tissue, a longer lead (distance of the hand ahead of the target point) is needed for the same force. So the
-  // limit of the lead is adjusted until the force equals the planned force of the step.
+  // Soft tissue needs a longer lead for the same force.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

@@ -1,4 +1,4 @@
-// The height of everything that a tool must pass over when the expert moves it.
+// Height of everything that a moved tool must pass over.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,18 +9,16 @@
 
 namespace typodont {
 
-/// Height map of tissue, neighbouring teeth and gum, on a grid perpendicular to the preparation's axis. Tools are
-/// lifted above this height.
+/// Tissue, neighbouring teeth and gum, on a grid perpendicular to the preparation's axis.
 class Terrain {
  public:
-  /// `axis`: unit vector of the preparation's axis. `around`: neighbouring teeth and gum, or null.
+  /// `axis`: unit vector. `around`: may be null.
   Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis);
-  /// Returns the height (m, along the preparation's axis) of the highest tissue near the straight path from a to b.
-  /// Tissue is near if its distance from this path, measured perpendicular to the axis, is at most `beside` (m).
+  /// m along the axis, of the highest point within `beside` (m) of the path a to b.
   double highest(const dvec3& a, const dvec3& b, double beside) const;
 
  private:
-  // kCell: m, cell size of the height map's grid; kRim: m, margin of this grid around the tissue
+  // m: cell, and margin around the tissue
   static constexpr double kCell = 0.2e-3, kRim = 2e-3;
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
@@ -31,9 +29,9 @@ class Terrain {
   }
 
   dvec3 u_, v_, w_;
-  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the height map's grid
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 size_{0};
-  std::vector<double> height_;  // m along the axis w, height of the tissue in each grid cell
+  std::vector<double> height_;  // m along w, per cell
 };
 
 }  // namespace typodont

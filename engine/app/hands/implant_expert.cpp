@@ -16,33 +16,32 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 6e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
-// m, height above the planned entry point; below this height the hand moves slowly
+constexpr double kAbove = 6e-3;  // m above the entry point, for tool changes
+// m above the entry point; slow below
 constexpr double kNear = 1.5e-3;
 constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
-constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed (the drilled hole)
+constexpr double kWithdrawal = 15e-3;  // m/s, out of the bed
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
-// m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
+// m, of the ridge on each side of the axis
 constexpr double kSweepReach = 3.0e-3;
-// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling spring
-// yields, so the bur is higher than the hand
+// m of the hand below the planned ridge; the coupling yields, so the bur is higher
 constexpr double kSweepBelow = 0.1e-3;
-constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
-// N, forces for drilling, for cutting a thread, for checking the depth, and for marking
+constexpr double kSweepApart = 1.0e-3;  // m, between strokes
+// N: drilling, thread, depth check, mark
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-// m/(s·N); the lead (distance of the hand ahead of its tool) grows with this speed per newton of missing force
+// m/(s·N), growth of the lead per missing force
 constexpr double kLeadPerForce = 1.5e-3;
-constexpr double kMostLead = 3e-3;  // m, largest lead (distance of the hand ahead of its tool)
-constexpr double kPeck = 3e-3;      // m, drilled depth after which the drill is pulled back
-constexpr double kPull = 2e-3;      // m, distance by which the drill is pulled back, so that the bone cools
-// °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
+constexpr double kMostLead = 3e-3;  // m, largest lead
+constexpr double kPeck = 3e-3;      // m drilled between two pulls
+constexpr double kPull = 2e-3;      // m, so that the bone cools
+// °C: lifts at kHot, continues at kCool
 constexpr double kHot = 42, kCool = 41;
-// m; a bur that is higher than this above the planned entry point no longer touches the pit that it drilled
+// m above the entry point, clear of the pit
 constexpr double kClear = 0.5e-3;
-// m; if the distance to the planned depth is smaller than this, the hand moves slowly
+// m before the planned depth; slow from there
 constexpr double kSlowFrom = 0.3e-3;
-constexpr double kPatience = 60;  // s, largest duration of one stage (enum Stage) of a phase of the procedure
+constexpr double kPatience = 60;  // s, of one stage of a phase
 
 }  // namespace
 
@@ -75,8 +74,7 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip below the planned
-/// entry point; `aside`: m, distance of the tool from the axis.
+/// Parallel to the axis; tip `depth` (m) below the entry point, `aside` (m) from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -87,8 +85,7 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m) below the
-/// planned entry point.
+/// Presses along the axis with `newton`, down to `depth` (m).
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);
@@ -98,7 +95,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// Returns true after the bone has become too hot, until it has cooled down.
+/// True from too hot until cooled.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -118,8 +115,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Smooths the ridge (edge of the jaw): moves to and fro, with the bur's lowest point at the height of the planned
-      // entry point. Lifts the bur while the bone is too hot.
+      // To and fro with the bur's lowest point at the entry point; lifted while too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -154,7 +150,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
     case ImplantAction::kDrill:
       break;
   }
-  // Pulls the drill back from time to time, so that the bone cools.
+  // Pulled back at times, to cool the bone.
   const bool hot = must_cool();
   if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
     pulling_ = true;
@@ -183,8 +179,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // The stage has taken too long, so the hand ends the session. In the stage kWork, the hand first leaves the bone.
-    // In any other stage, it ends the session at once (for example if the servo does not change the tool).
+    // Too long: out of the bone first (kWork), or at once, for example without a tool change.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -212,15 +207,14 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap (a tool that cuts a thread) leaves the bone by turning backwards while its thread is still in the bone.
-      // The height of the bone's surface may differ from the plan. So this is decided by the state that the servo
-      // reports, not by the depth of the tip.
+      // A tap turns backwards while its thread is in the bone: by the servo's state, because the surface may differ
+      // from the plan.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
-        // A round bur must turn while it leaves its pit. The walls of the pit would hold a bur that does not turn.
+        // The pit's walls would hold a bur that stands still.
         if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         const double pace = phase().deed == ImplantAction::kMark ? kLanding : kWithdrawal;
         depth_ -= (depth_ > -kNear ? pace : kTravel) * dt_;

@@ -1,5 +1,4 @@
-// A simulated hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant"
-// block.
+// "--hand expert:" in scenes with an "implant" block: all phases of the procedure.
 #pragma once
 
 #include <memory>
@@ -12,27 +11,25 @@
 
 namespace typodont {
 
-/// A simulated hand for implant surgery. It reads the tool's pose and force, presses with the force of the present
-/// phase, and begins the next phase when the exercise reports that the phase is done. The same scene and rate give the
-/// same motion.
+/// Presses with the phase's force, and goes on when the exercise reports it done. Deterministic.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
-  /// `scene`: must contain an implant exercise. `rate`: rate of the servo, Hz.
+  /// `rate`: of the servo, Hz.
   ImplantExpert(const Scene& scene, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Receives the servo's tick that resulted from the last sample.
+  /// The tick of the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// Returns the name of the phase that took too long and was abandoned; empty if there is none.
+  /// Name of a phase that took too long; empty: none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// Returns the depth (m) of the tool's tip below the planned entry point, along the planned axis.
+  /// m below the entry point, along the axis.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -43,25 +40,25 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the implant's axis
+  std::vector<dvec3> sweep_;  // m, path across the axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  // m, depth below the planned entry point at which the tool's tip would be if the tool followed the hand exactly
+  // m below the entry point, of the tip if the tool followed exactly
   double depth_ = 0;
-  double lead_ = 0;       // m, lead: distance of the hand ahead of its tool
-  double waited_ = 0;     // s, time since the present stage (Stage) of the phase began
+  double lead_ = 0;       // m ahead of the tool
+  double waited_ = 0;     // s, since the stage began
   double along_ = 0;      // m, completed length of the smoothing path
-  double pecked_ = 0;     // m, depth at which the drill was last pulled back
-  bool pulling_ = false;  // true while the drill is pulled back to let the bone cool
-  bool cooling_ = false;  // true while the hand waits for the bone to cool, after it became too hot
+  double pecked_ = 0;     // m, at the last pull
+  bool pulling_ = false;  // pulled back to cool
+  bool cooling_ = false;  // waits until cooled
   bool gave_up_ = false;
 };
 
-/// Makes an ImplantExpert for a live session. Its motion follows the real clock, and stops during an emergency stop.
+/// For live sessions: real clock, and still during an emergency stop.
 std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-// time between two checks of the planner thread if a request for a plan, or a copy of the tissue, has arrived
+// for requests and copies of the tissue
 constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {
@@ -66,8 +66,7 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// Writes the hand's next sample to `last_`. While the planner makes the next plan, the hand rests with the pedal
-  /// released. Returns false if the next plan is empty. Servo thread only.
+  /// The next sample. While a plan is made: at rest, pedal released. False: the plan is empty. Servo thread only.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -83,7 +82,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Makes a plan whenever the servo thread requests one. Planner thread only.
+  /// Planner thread only.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {
@@ -107,16 +106,16 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // used only by the planner thread, once this thread has started
-  ExpertHand hand_;  // this member and the next ones, up to waits_, are used only by the servo thread
+  Expert expert_;    // planner thread only, once it runs
+  ExpertHand hand_;  // from here to waits_: servo thread only
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;              // true while the hand waits for the next plan
-  std::atomic<bool> asked_{false};  // request for the next plan, from the servo thread to the planner thread
-  Ring<Legs*> plans_{2};            // new plans, from the planner thread to the servo thread
-  // all plans; they are freed at the end of the session; used only by the planner thread
+  bool waits_ = false;              // for the next plan
+  std::atomic<bool> asked_{false};  // servo to planner
+  Ring<Legs*> plans_{2};            // planner to servo
+  // all plans, freed at the end; planner thread only
   std::vector<std::unique_ptr<Legs>> made_;
   std::jthread planner_;
 };

@@ -15,24 +15,21 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                     // m, default motion of the tool per notch of the wheel
-constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the tool's motion per notch of the wheel
-// s, time constant with which the tool's position follows the latest position of the pointer, so that the motion is
-// smooth
+constexpr double kUsualStep = 0.15e-3;                     // m per notch, default
+constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
+// s, with which the tool follows the pointer
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;  // m, largest distance of the tool from the screen's plane
-// m, initial distance of the tool in front of tissue that would hide it, along the line of sight. The tilted head of a
-// bur is then clear of a tooth's oblique surface.
+constexpr double kMostDepth = 30e-3;  // m, from the screen's plane
+// m in front of tissue that hides the tool, along the line of sight: clears a tilted head from an oblique surface
 constexpr double kInFront = 2e-3;
-// ns, shortest duration of a press as the servo receives it, so that a short click is not lost
+// ns, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
-// rad, initial tilt of the tool away from the user, so that the bur is visible
+// rad, away from the user, so that the bur is visible
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
-constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt of the tool that the mouse can set
-// rad, change of the tilt when the pointer moves by half the picture's height
+constexpr double kMostLean = 85 * kDegree;  // rad, that the mouse can set
+// rad per half picture height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// While the tool is tilted, the pointer moves away from the tool. Later, each motion of the pointer reduces this offset
-// by the length of the motion times this factor, until the tool is at the pointer again.
+// While tilting, the pointer leaves the tool. Later motions shrink the offset by this fraction of their length.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -49,7 +46,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // returns true always, because the servo ends the session, not this hand
+    return true;  // the servo ends the session
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 
@@ -92,7 +89,7 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
     const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
     const glm::ivec3 at(glm::round(frame.to_voxels(p)));
     if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) continue;
-    float outside = 0;  // voxels, distance from the tissue's surface; positive: outside the tissue
+    float outside = 0;  // voxels, from the surface, positive outside
     tissue.copy(at, glm::ivec3(1), &outside, nullptr);
     if (outside > 0) continue;
     depth_ = depth + kInFront;
@@ -112,12 +109,11 @@ Pointer::View Pointer::view() const {
   return v;
 }
 
-/// Tilts the tool. `moved`: motion of the pointer, in units of half the picture.
+/// `moved`: in halves of the picture.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // The tool tilts to the user's right when the pointer moves to the user's right. A mirror or a rotated panel turns
-  // the picture, so the axes of the user are used instead of those of the panel.
+  // In the user's axes: mirrors and rotated panels turn the picture.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
@@ -141,17 +137,16 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // While the tool is tilted, the motion of the mouse pointer must not move the tool's head.
+    offset_ -= moved;  // The pointer must not move the head of a tilting tool.
   } else {
-    // Reduces the offset between tool and pointer. This happens only while the pointer moves, so that a hand at rest
-    // never sees the tool move.
+    // Only with the pointer, so that a hand at rest sees no motion.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }
   if (input.middle) lean_ = glm::dvec2(0);
   depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
 
-  // The tool lies on the line from the eye through the pointer. So it appears under the pointer at every depth.
+  // On the line of sight, so it is under the pointer at every depth.
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
   const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);

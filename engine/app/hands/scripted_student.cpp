@@ -15,13 +15,12 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;  // m/s, speed of the tool outside the tissue
 constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
-// m, depth of the hand below the surface while exploring; the coupling (spring between hand and tool) turns the depth
-// into a force
+// m below the surface; the coupling turns it into a force
 constexpr double kExplorePress = 0.5e-3;
-// m; the student explores the surface up to this distance on each side of the lesion's middle
+// m on each side of the lesion's middle
 constexpr double kExplored = 3.0e-3;
 
-/// Returns the middle of the caries in the highest layer of voxels that contains caries.
+/// Middle of the caries in its highest layer of voxels.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
@@ -46,7 +45,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   throw Error("tissue", "", "no caries", "a lesion to remove");
 }
 
-/// Returns the height of the surface at (x, y), m. NaN if there is no tissue.
+/// m, of the surface at (x, y); NaN without tissue.
 double surface_height(const haptics::TissueVolume& tissue, double x, double y) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);

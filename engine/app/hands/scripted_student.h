@@ -1,6 +1,5 @@
-// The hand of the demonstration: a simulated student. First, the student explores the lesion: the tool, with the drill
-// off, moves over the surface in two directions. Then the student removes the caries with the strokes of the expert. At
-// the end, the student withdraws the tool.
+// The demonstration's hand: explores the lesion with the drill off in two directions, removes it with the expert's
+// strokes, withdraws.
 #pragma once
 
 #include <memory>
@@ -16,16 +15,15 @@ class Student {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// `tissue`: the scene's initial tissue. Throws Error if the tissue contains no caries, or if the scene's task has no
-  /// ideal result.
+  /// `tissue`: at the start. Throws Error without caries or ideal result.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
-  /// Computes the next sample. `now`: the present tissue. Returns false at the end.
+  /// `now`: the present tissue. False at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
-  /// Receives the tick that resulted from the last sample.
+  /// The tick of the last sample.
   void see(const ServoTick& tick) noexcept;
 
   Phase phase() const { return phase_; }
-  double done() const { return hand_->done(); }  // returns the fraction of the drilling that is complete, 0..1
+  double done() const { return hand_->done(); }  // of the drilling, 0..1
   const haptics::HapticDevice& device() const { return *scripted_; }
 
  private:
@@ -38,7 +36,7 @@ class Student {
   Pose last_;
   Expert expert_;
   std::unique_ptr<ExpertHand> hand_;
-  std::unique_ptr<haptics::HapticDevice> scripted_;  // hand that moves on a fixed path before and after the drilling
+  std::unique_ptr<haptics::HapticDevice> scripted_;  // before and after the drilling
 };
 
 }  // namespace typodont

@@ -15,60 +15,49 @@ namespace typodont {
 
 namespace {
 
-// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; this depth equals
-// the error of the distance field
+// voxels into the ideal; the error of the distance field
 constexpr double kClear = 0.05;
-// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, the head may
-// enter the ideal to this depth
+// voxels, for heads that fit the ideal exactly, as reamers do
 constexpr double kExact = 0.02;
-constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
-constexpr double kLayer =
-    0.5;  // distance between two layers of strokes in the bulk of the tissue, as a fraction of the head's diameter
-constexpr double kCoarseLayer = 0.8;  // coarse tool: distance between two layers, as a fraction of the head's diameter
-// Fraction of the head's diameter. If the tissue is thinner than this, a coarse tool makes no row of strokes in it,
-// because the passes along the floor remove this tissue.
+constexpr double kGrid = 0.1e-3;      // m, between evaluated positions
+constexpr double kLayer = 0.5;        // layers of the bulk, in diameters
+constexpr double kCoarseLayer = 0.8;  // the same for a coarse tool
+// in diameters; thinner tissue gets no rows from a coarse tool: the floor passes remove it
 constexpr double kAtOnce = 0.5;
-constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer, as a fraction of the head's diameter
-// m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
+constexpr double kRow = 0.6;  // rows, in diameters
+// m, within which floor points are level
 constexpr double kSameLevel = 10e-6;
-// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
+// m², smallest flat part with passes along its walls
 constexpr double kLeastFlat = 0.1e-6;
-// Ratio of two areas: a flat part of the cavity's floor, divided by the cross-section of the tool's head. If the ratio
-// is smaller than this, the tool makes no pass along the walls around the flat part.
+// the same, in cross-sections of the head
 constexpr double kFlatShare = 0.15;
-// A row of strokes ends at this distance from a wall, stated as a fraction of the head's diameter. A separate pass then
-// cuts along the wall.
+// of a row's end from a wall, in diameters; a separate pass cuts along the wall
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
-// m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
+constexpr double kFromAround = 0.03e-3;  // m, from neighbouring teeth and gum
+constexpr double kLeastTaken = 0.05;     // voxels, thinnest cut
+// m from the line between neighbours: point omitted
 constexpr double kOnLine = 2e-6;
-// m. On a part of a pass, the tool may remove nothing. If the part is shorter than this, the tool moves along it;
-// otherwise the tool is lifted over it.
+// m of a pass without cutting: moved along, not lifted
 constexpr double kBridged = 1e-3;
-// m, for a coarse tool. On a part of a pass, the tool may remove nothing. If the part is shorter than this, the tool
-// moves along it, because lifting the tool would take longer.
+// m, the same for a coarse tool
 constexpr double kCoarseBridged = 3e-3;
-// m; if the straight path from one pass to the next is shorter than this, the tool takes it; otherwise the tool moves
-// up, across and down
+// m; longer ways to the next pass go up, across and down
 constexpr double kStraight = 3e-3;
-constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
-// m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
+constexpr double kHop = 0.3e-3;  // m, height step of the search for a free way
+// m; longer rows begin with a ramp
 constexpr double kRamp = 0.8e-3;
-// slope (height per length) of a floor; where the floor is steeper than this, the floor is divided into pieces
+// height per length; steeper floors are divided
 constexpr double kSteep = 2;
-constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
-constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest head position above a grid point
-constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest head position above a grid point
+constexpr double kAlongShank = 6e-3;     // m of the shank that is checked
+constexpr double kDown = 0.1e-3;         // m, step down
+constexpr double kFloorOfColumn = 1e-6;  // m, its precision
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
-// Largest number of head points in a group. First, a ball that contains the whole group is tested. Only if this ball is
-// near the ideal (the tissue that must remain), the points are tested one by one.
+constexpr double kFieldErrorLimit = 1;  // voxels, far from the surface
+// Head points per group. A ball around the group is tested first.
 constexpr std::size_t kTogether = 12;
-constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
+constexpr int kBisectionSteps = 7;  // between two grid positions
 
-/// Plans the strokes. The position (a, b, c) of the head's centre is given in m along the axes u, v and w. The axis w
-/// points out of the preparation's opening.
+/// Positions (a, b, c) of the head's centre are m along u, v, w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -108,8 +97,7 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Makes passes along the walls. The first passes are at the heights of the floor's flat parts, the next ones above.
-    // So the side of a long head cuts a steep wall in one pass.
+    // First at the heights of the floor's flat parts, then above: a long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -121,17 +109,17 @@ class StrokePlanner {
  private:
   using Chain = std::vector<dvec3>;
   struct Layer {
-    double height = 0;             // m, height of the layer that the student removes
-    std::vector<std::uint8_t> in;  // 1 for a grid position that the tool's head can reach from above, otherwise 0
+    double height = 0;             // m, of the layer
+    std::vector<std::uint8_t> in;  // 1: reachable from above
   };
 
-  /// A group of points that lie close together, and a ball that contains them; lengths in voxels.
+  /// Points and a ball around them, voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;
     std::vector<dvec3> points;
   };
-  /// Divides the points into small groups. A group is split across its longest side until it is small enough.
+  /// Split across the longest side until small enough.
   static std::vector<Points> grouped(std::vector<dvec3> points) {
     if (points.empty()) return {};
     dvec3 lo = points.front(), hi = lo;
@@ -154,8 +142,7 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// Returns true if the tool's head with its centre at p (m, along u, v, w) does not touch the ideal (the tissue that
-  /// must remain).
+  /// The head at p (m along u, v, w) is clear of the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -167,8 +154,7 @@ class StrokePlanner {
     };
     return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
-  /// Returns true if a head with its centre at p_W (m, frame W) touches neither neighbouring teeth nor gum. Gum inside
-  /// the tooth is ignored.
+  /// And of neighbouring teeth and gum (p_W: m). Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
     const auto clears = [&](const dvec3& q_W, double near) {
       return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
@@ -184,15 +170,14 @@ class StrokePlanner {
              });
     });
   }
-  /// Returns true if the tool's head with its centre at p (m, along u, v, w) removes tissue.
+  /// The head at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
                        [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
   }
 
-  /// Finds the bounding box of the tissue to remove, enlarged by the head's size. Returns false if there is no such
-  /// tissue.
+  /// Box of the tissue to remove, plus the head; false: nothing to remove.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -219,8 +204,7 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// Returns the smallest distance (voxels) between the ideal (the tissue that must remain) and the points of a head
-  /// with its centre at p. Negative if the head enters the ideal.
+  /// Voxels from a head at p to the ideal; negative inside.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -230,9 +214,7 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal (the
-  /// tissue that must remain). It searches in eight directions, and halves the step when no direction increases the
-  /// clearance.
+  /// Largest clearance near p at the same height: eight directions, halving the step.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -248,9 +230,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits exactly into the ideal (the tissue that must remain), for example a
-  /// reamer with the diameter of the hip's socket. Such a head has no free position on the grid, so it needs this
-  /// separate path. Empty for other heads.
+  /// Straight way for a head that fits the ideal exactly and has no free grid position, such as a hip reamer. Empty for
+  /// others.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -268,8 +249,7 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Makes the horizontal layer of the grid at this height: finds the positions that the head can reach from the layer
-  /// above. `above`: null for the highest layer.
+  /// Positions reachable from the layer `above` (null: the highest).
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -307,7 +287,7 @@ class StrokePlanner {
       }
     }
   }
-  /// Finds the lowest layer of head positions that is at or above `height`.
+  /// Lowest layer at or above `height`.
   const Layer& layer_above(double height) const {
     const Layer* best = &layers_.front();
     for (const Layer& layer : layers_)
@@ -315,8 +295,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// Searches by bisection between a position where the head is free and a position where it touches the ideal (the
-  /// tissue that must remain). Returns the last position where the head is free.
+  /// Last free position between a free one and one in the ideal, by bisection.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -325,7 +304,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// Returns the tool's path without the points that lie on the line between their neighbours.
+  /// Without points on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -355,9 +334,7 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. On this
-  /// connection, the head must not touch the ideal (the tissue that must remain). If there is no such connection,
-  /// nothing is added, and the hand will lift the tool.
+  /// A way to `to` clear of the ideal: straight, or up, across and down. None: the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -381,7 +358,7 @@ class StrokePlanner {
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
   }
-  /// Returns the last point of the line before the head meets tissue.
+  /// Last point before the head meets tissue.
   dvec3 until_contact(const dvec3& from, const dvec3& to) const {
     const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     dvec3 last = from;
@@ -392,7 +369,7 @@ class StrokePlanner {
     }
     return last;
   }
-  /// Returns true if the head meets no tissue on the line.
+  /// The head meets no tissue on the line.
   bool in_air(const dvec3& from, const dvec3& to) const {
     const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     for (int k = 1; k <= looks; ++k)
@@ -411,14 +388,13 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Adds strokes for those parts of the path `chain` on which the tool removes tissue. If the path is closed, the
-  /// strokes may begin at any of its points.
+  /// Strokes where the path removes tissue. `closed`: may begin anywhere.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // If the path is closed, it begins at a point that removes nothing, so that no part of it is split.
+    if (closed) {  // From a point that removes nothing, so that no part is split.
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -446,8 +422,7 @@ class StrokePlanner {
     }
   }
 
-  /// Adds strokes for the bulk of one layer. The strokes are rows along the layer's longer side, and keep a distance
-  /// from the walls.
+  /// Bulk of a layer: rows along its longer side, away from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -486,16 +461,14 @@ class StrokePlanner {
     }
   }
 
-  /// Returns true if no row of strokes is needed at p. This is the case for a coarse tool near the floor, because its
-  /// passes along the floor remove the tissue below p.
+  /// A coarse tool near the floor needs no row: the floor's passes remove that.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// Adds a ramp, on which the bur enters the tissue: from the layer above, the bur moves down along the row. A bur
-  /// must not move straight down, because its end cuts badly.
+  /// A ramp along the row from the layer above: a bur cuts badly with its end.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -504,8 +477,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// `in` marks cells of a grid layer. Returns the marked cells that are more than `away` cells away from every cell
-  /// that is not marked. Beyond the edge of the grid, there are no cells, so the edge itself has no effect.
+  /// Cells of `in` more than `away` cells from unmarked ones. The grid's edge has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -524,16 +496,14 @@ class StrokePlanner {
     return result;
   }
 
-  /// Finds the lines along which the head touches the ideal (the tissue that must remain) at this height, with the
-  /// marching squares algorithm (Lorensen & Cline 1987, in the plane).
+  /// Where the head touches the ideal at this height: marching squares (Lorensen & Cline 1987, in the plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    // The key is the index of a grid edge that an outline crosses. The value is the index of the point at which the
-    // outline crosses this edge.
+    // grid edge → point where the outline crosses it
     std::unordered_map<std::size_t, std::size_t> index;
-    std::vector<std::array<std::size_t, 2>> next;  // for each point: indices of its two neighbours on the line
+    std::vector<std::array<std::size_t, 2>> next;  // both neighbours of each point on the line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
@@ -562,8 +532,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // The outline of the region that the head can reach crosses this cell twice. Each of the two lines cuts off one
-        // corner of the cell, which the head cannot reach.
+        // Two crossings: each line cuts off one unreachable corner.
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -595,7 +564,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// Finds the lowest height to which the tool's head can move down at the position (a, b).
+  /// Lowest height of the head at (a, b).
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
               j = static_cast<int>(std::lround((b - lo_.y) / grid_));
@@ -615,12 +584,11 @@ class StrokePlanner {
     return height;
   }
 
-  /// Adds passes of the tool along the floor of the cavity, in rows along the floor's longer side. Returns the heights
-  /// of the floor's flat parts.
+  /// Rows along the floor's longer side. Returns the heights of its flat parts.
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
-      double highest = 0;  // m, height of the highest point of the cavity's floor
+      double highest = 0;  // m, highest point of the floor
     };
     std::map<long, Level> levels;  // flat parts of the cavity's floor, sorted by height
     const glm::ivec2 extent = count_;
