@@ -181,14 +181,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Chooses the spindle speed at which the model gives the same sound as the recording to which it was fitted.
+  // The spindle speed at which the model sounds like the recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // The file of --contact contains a drill's speed over time. Its highest speed may show that this drill is of
-    // another type than the drill of the sound model. Then the model's sound is used for the highest speed in the file.
+    // The highest speed in the file of --contact may belong to another type of drill than the model's. The model's
+    // sound then stands for that speed.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -204,7 +204,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // No input states at which speed the drill of the sound model was recorded. So an arbitrary speed is assumed.
+    // Nothing states the recorded drill's speed, so one is assumed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -215,8 +215,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-    // if the first state of the drill in the file of --contact is later than 0 s, the sound begins with this state at 0
-    // s
+    // the first state then begins at 0 s
   } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
@@ -234,7 +233,7 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  // number of states (times with speed, force and tissue of the drill) from which the sound is synthesized
+  // speed, force and tissue of the drill over time
   std::size_t states = 0;
   {
     std::optional<Progress> progress;

@@ -42,8 +42,7 @@ struct PageCommand {
   double seconds = 10, up_to = 16000;
 };
 
-/// Synthesizes the sound of a model. `ratios`: speeds of the spindle at `times` (s), divided by the speed of the model.
-/// Empty: the speed is constant.
+/// `ratios`: spindle speeds at `times` (s), relative to the model's; empty: constant.
 std::vector<double> sound_of(const audio::ArModel& model, std::span<const double> times, std::span<const double> ratios,
                              double seconds) {
   audio::SoundModels models;
@@ -53,7 +52,7 @@ std::vector<double> sound_of(const audio::ArModel& model, std::span<const double
   audio::SoundState state;
   state.spindle = models.free_speed;
   synth.push(state);
-  constexpr double kEvery = 0.01;  // s, time between two states of the drill that are passed to the synthesizer
+  constexpr double kEvery = 0.01;  // s, between states passed to the synthesizer
   std::size_t i = 0;
   std::vector<float> y(static_cast<std::size_t>(seconds * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);
@@ -68,8 +67,7 @@ std::vector<double> sound_of(const audio::ArModel& model, std::span<const double
   return {y.begin(), y.end()};
 }
 
-// s, duration of the model's sound that is measured. It is long, so that the random noise of the model hardly changes
-// the measured spectrum.
+// s, long enough that noise hardly changes the spectrum
 constexpr double kMeasured = 30;
 
 void run_page(const PageCommand& c) {

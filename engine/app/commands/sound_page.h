@@ -1,4 +1,4 @@
-// The command `typodont sound page`: a page with a recording and its model.
+// `typodont sound page`: a page with a recording and its model.
 #pragma once
 
 namespace typodont {

@@ -1,4 +1,4 @@
-// The command `typodont volume`: writes tissue as volumes of samples for other programs.
+// `typodont volume`: tissue as volumes of samples for other programs.
 #include <fmt/format.h>
 
 #include <memory>

@@ -28,18 +28,16 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;  // number of threads per group; it must equal the value in the shaders
-// Largest number of thread groups. If the tissue has more spheres than these groups have threads, each thread processes
-// several spheres.
+constexpr std::size_t kGroup = 64;  // threads per group, as in the shaders
+// With more spheres than threads, each thread takes several.
 constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// Upper bound of the rounding error of a position, as a fraction of the tissue's extent: a position is rounded about a
-// dozen times in single precision.
+// Rounding error of a position, relative to the tissue's extent: about a dozen roundings in single precision.
 constexpr double kRounding = 2e-6;
 
-// One sphere of the tool, as the shaders read it. The layout must equal the layout in shaders/spheres.glsl.
+// Layout as in shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
   double radius = 0;
@@ -56,7 +54,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused 32-bit number.
+/// Written by the shaders: number of entries, and 32 unused bits.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -180,7 +178,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// Calls `work` and returns true. If Vulkan fails, logs the reason and returns false.
+  /// False after a Vulkan failure, which is logged.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -193,7 +191,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Copies data to a GPU buffer in several pieces. Called only at set-up.
+  /// In pieces; set-up only.
   template <class Write>
   void upload(const gpu::Buffer& to, std::size_t count, std::size_t bytes, Write&& write) {
     const std::size_t at_once = kStagingBytes / bytes;
@@ -209,7 +207,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Uploads the tool's spheres for the shaders. Also computes a sphere that encloses the tool's whole motion.
+  /// Uploads the tool's spheres, and computes a sphere around its whole motion.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
     if (!loaded_ || from.empty() || from.size() > kMostBalls) return false;
@@ -229,8 +227,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Enlarges the sphere that encloses the tool's motion by the rounding error of positions and distances in single
-    // precision.
+    // Single precision rounds positions and distances.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
@@ -239,7 +236,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius}; });
   }
 
-  /// Runs a pass and waits for its end. Returns the number of groups; 0 if the pass failed.
+  /// Waits for the end. Number of groups; 0: failed.
   std::size_t run(Kind kind) noexcept {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMostGroups);
     const Pass pass{around_,
@@ -258,7 +255,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // The barrier makes the data that this pass has written visible to the next pass and to the CPU.
+      // What the pass has written becomes visible to the next one and the CPU.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
@@ -278,7 +275,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      // The list of results was too short, so some results were lost, and the tissue must be loaded again.
+      // The list was too short and lost results: load the tissue again.
       loaded_ = false;
       return false;
     }
@@ -295,8 +292,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
-  dvec3 origin_{0};   // m, frame W: origin of the positions that the GPU stores in single precision
-  double slack_ = 0;  // m, upper bound of the rounding errors of a position
+  dvec3 origin_{0};   // m, W: origin of the positions in single precision
+  double slack_ = 0;  // m, rounding error of a position
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

@@ -21,11 +21,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
-// m; to find openings in the drilled hole's wall, measure_bed() tests if there is bone at this distance behind the wall
+// m behind the bed's wall: no bone there is an opening
 constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
 
-/// The voxels of the tissue in a box around the planned implant.
+/// The voxels in a box around the planned implant.
 class Around {
  public:
   Around(const haptics::TissueVolume& volume, const session::ImplantPlan& plan) : frame_(volume.frame()) {
@@ -36,7 +36,7 @@ class Around {
   }
   bool is_bone(const dvec3& p_W) const { return typodont::is_bone(tissue_at(p_W)); }
   bool is_tooth(const dvec3& p_W) const { return typodont::is_tooth(tissue_at(p_W)); }
-  /// Calls visit(p_W) for every voxel of the box.
+  /// visit(p_W) for every voxel of the box.
   template <class Visit>
   void for_each(Visit visit) const {
     const glm::ivec3 size = box_.field.size;
@@ -48,7 +48,7 @@ class Around {
   double voxel() const { return frame_.voxel; }
 
  private:
-  /// Returns the tissue of the voxel that is nearest to the position; air outside the tissue and outside the box.
+  /// Of the nearest voxel; air outside.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
@@ -56,8 +56,7 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // Frame of the whole volume, of which this class copies only a box. The nearest voxel is computed in this frame, so
-  // the copy gives the same voxel as the volume.
+  // Of the whole volume, so that the nearest voxel is the same.
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
@@ -196,8 +195,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Sums the area and the second moments of the region without bone (the drilled hole), slice by slice. The slices are
-  // perpendicular to the planned axis.
+  // Area and second moments of the bed, slice by slice across the planned axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

@@ -1,4 +1,4 @@
-// Reads and checks the block "implant" of a scene: the instruments, the plan and the procedure.
+// The block "implant" of a scene: instruments, plan and procedure.
 #pragma once
 
 #include <cmath>
@@ -14,24 +14,21 @@
 
 namespace typodont {
 
-/// Loads a tool of an instrument set from FOLDER/NAME.json. Throws Error that names the available tools.
+/// FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Returns the path of assets/implants/exercise.json, which contains the parts that all implant exercises have in
-/// common.
+/// assets/implants/exercise.json: what all implant exercises have in common.
 std::filesystem::path implant_exercise_file();
 
-/// Reads the block {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/scene_format.md).
-/// `tissue`: JSON of the scene's tissue; a tissue of kind "bone" contains the nerve canal. `tools`: the session's
-/// tools. Throws Error, also if the tool of a phase is not among the tools.
+/// {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}}, docs/scene_format.md. `tissue`: JSON; of kind
+/// "bone" it contains the canal. `tools`: the session's. Throws Error, also for a phase whose tool is missing.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m, depth below the implant's upper end; above this depth, an implant need not be surrounded by bone everywhere
+/// m below the implant's upper end; bone need not surround it above
 inline constexpr double kCrest = 1.5e-3;
 
-/// Calls visit(p_W, depth) for points on the surface of the planned implant's thread, from the depth kCrest down to the
-/// apex (lower end). It ends early if visit() returns false.
+/// visit(p_W, depth) for points on the thread's surface from kCrest to the apex; ends when it returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;
@@ -46,16 +43,14 @@ void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   }
 }
 
-/// Throws Error if the tissue has no grey values. `file`: the scene's file, whose name the message contains.
+/// Throws Error without grey values. `file`: the scene, for the message.
 void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
-/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's
-/// file, whose name the message contains.
+/// The same, and if the plan is not in bone.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed (drilled hole), openings
-/// in its wall, and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the
-/// distance to the nearest tooth.
+/// Measures of the final tissue: the bed's diameter, ovality and openings, and contact with bone; without listed roots,
+/// also the distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

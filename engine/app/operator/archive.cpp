@@ -38,11 +38,10 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moves a mesh to the point kCrownTop, which the shipped display rigs show: the middle of the mesh's top is moved to
-/// this point. If the mesh has several teeth, its middle may contain no tissue, so its highest point is moved there
-/// instead.
+/// To kCrownTop, which the shipped rigs show: the middle of the top, or the highest point of several teeth, whose
+/// middle may be empty.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m, a mesh that is wider than this is treated as a mesh of several teeth
+  // m; wider meshes have several teeth
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
@@ -54,8 +53,7 @@ void move_to_working_place(haptics::TissueMesh& mesh) {
   for (dvec3& p : mesh.vertices) p += move;
 }
 
-/// Reads the mesh in the unit that the user chose. If it is the default unit (mm) and the mesh is too small for a
-/// tooth, it is read again in metres, because some scanners write metres.
+/// Some scanners write metres: in the default unit, a mesh too small for a tooth is read again in metres.
 haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
   constexpr Tissue kTissue = Tissue::kEnamel;
   try {
@@ -67,12 +65,12 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // reading in metres failed too, so the error of the first reading is reported
+      throw e;  // the first error is reported
     }
   }
 }
 
-/// Returns the folder of the user's own exercises. Creates the folder if it does not exist.
+/// Created if missing.
 fs::path own_scenes() {
   const fs::path folder = user_folder() / "scenes";
   std::error_code code;
@@ -81,7 +79,7 @@ fs::path own_scenes() {
   return folder;
 }
 
-/// Creates a scene whose tissue is the imported mesh, without a volume.
+/// A scene of the mesh, without a volume.
 fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 1);
   haptics::ReadTissueMesh read = read_scanned(tooth);
@@ -103,8 +101,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  // the user can no longer cancel after this point, because the next lines write the mesh and the scene under their
-  // final names
+  // no cancelling from here: the final names are written
   progress.at(1);
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
@@ -127,7 +124,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // file names of sessions have the form DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene
+      // DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;
@@ -180,7 +177,7 @@ fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Pr
                            const std::optional<dvec3>& top) {
   progress.stage("op.importing", 0.9, 1);
   const fs::path file = own_scenes() / (file_name_of(tooth.name) + ".json");
-  // Only the word "DICOM" is stored, because the names of DICOM files often contain patients' names.
+  // Names of DICOM files often contain patients' names.
   std::string description = imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string();
   for (const fs::path& mesh : tooth.more) description += ", " + mesh.filename().string();
   write_imported_exercise({tooth.name, description, tooth.crown, top}, imported, file, Over::kItsInput, progress);

@@ -19,8 +19,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kPollInterval = 50;  // ms, interval at which the user's cancellation is checked
-// ms, time that a process has to end after it was asked to end; after this time it is killed
+constexpr int kPollInterval = 50;  // ms, between looks for a cancellation
+// ms from the request to end to the kill
 constexpr int kPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
@@ -37,8 +37,7 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   return words;
 }
 
-/// Finds the last message with a percentage, such as "film: 30 %", and returns it as a fraction 0..1. Returns 0 if no
-/// message has a percentage.
+/// 0..1 from the last message such as "film: 30 %"; 0 without one.
 double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
@@ -56,7 +55,7 @@ std::string last_line(std::string messages) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  std::array<std::array<int, 2>, 2> ends{};  // two pipes: for the process's output, and for its messages
+  std::array<std::array<int, 2>, 2> ends{};  // for output and messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
     close(ends[0][0]), close(ends[0][1]);
@@ -71,13 +70,13 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // ends the process in its destructor, however the function ends
+  struct Ended {  // ends the process however the function ends
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
       for (const int one : from) close(one);
       if (child <= 0) return;
-      kill(child, SIGINT);  // requests that the process ends and removes its partial files
+      kill(child, SIGINT);  // ends and removes its partial files
       for (int i = 0; i < kPatience / kPollInterval; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
         poll(nullptr, 0, kPollInterval);
@@ -105,7 +104,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // does not wait long, because the process has closed its output and is about to end
+  waitpid(child, &status, 0);  // short: it has closed its output
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));
@@ -113,8 +112,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // The started process writes its messages to a file in memory, not to a pipe. A pipe would break if the window closed
-  // first, and the next message would then end the started process.
+  // Messages go to memory: a pipe would break when the window closes, and end the process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -149,7 +147,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // The started program ended without failure. The next call checks the other programs.
+    return std::nullopt;  // Ended well; the next call checks the others.
   }
   return std::nullopt;
 }

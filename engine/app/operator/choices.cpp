@@ -11,7 +11,7 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-// ns, interval between two searches for devices; one search takes milliseconds
+// ns; one search takes milliseconds
 constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;
 }  // namespace
 
@@ -32,7 +32,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // Proposes mesh_lod as the second contact model of a comparison, because it works in every exercise.
+  // mesh_lod works in every exercise, so it is proposed second.
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }
@@ -73,7 +73,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Selects the hand with this address if it is in the list of hands.
+/// If it is in the list.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

@@ -1,5 +1,4 @@
-// The available exercises, hands and pictures, and the user's selection, which is stored between two runs of the
-// program. Main thread only.
+// Exercises, hands and pictures, and the selection, which is stored between runs. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -14,18 +13,18 @@ namespace typodont {
 
 class Choices {
  public:
-  /// Restores the selection of the last run.
+  /// Restores the last selection.
   Choices(OperatorState& s, InterfaceWindow& w);
 
-  /// Changes the language of the pages. Changes nothing if the computer has no font for the language.
+  /// No change without a font for the language.
   void set_language(session::Language language);
-  /// Searches again for scenes, hands and display rigs. The user's selection is kept.
+  /// Searches scenes, hands and rigs again; keeps the selection.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();
   void remember() const;
 
-  /// Searches for connected devices while the user selects a hand. Returns true if the list of devices changed.
+  /// While the user selects a hand. True: devices have changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

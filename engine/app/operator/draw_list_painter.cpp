@@ -17,21 +17,20 @@ namespace typodont {
 
 namespace {
 
-// scale and shift of the vertices, and layer of the texture; the layout must equal that in the shader interface.vert
+// scale, shift and texture layer, laid out as in interface.vert
 struct Place {
   float scale[2], shift[2];
   std::int32_t layer;
 };
 
-// largest number of images whose content the painter remembers; larger than the number of images of a swapchain
+// images remembered, more than a swapchain has
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Ensures that the buffer has at least `bytes`. If a new buffer is needed, it is 1.5 times as large as requested, so
-/// that a slightly larger request needs no new buffer.
+/// A new buffer is 1.5 times as large as needed.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);
@@ -67,7 +66,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // a draw command with the texture number null uses the font texture
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // null means the font
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }
@@ -113,15 +112,13 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // If the user interface was laid out for another window size, its draw lists do not fit. Then they are scaled to the
-  // size of the target, and everything is drawn.
+  // Laid out for another window size: scaled, and all drawn.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // An image may be destroyed, but its entry in the map holds_ stays. Therefore the map is cleared when it has too many
-  // entries.
+  // Images may be destroyed while their entries stay.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

@@ -10,9 +10,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;  // pixels, side of the square tiles into which the window is divided
-// Largest number of rectangles into which the changed area of the window is divided. An element that overlaps several
-// rectangles is drawn once for each of them, so more rectangles would take longer.
+constexpr int kTile = 32;  // pixels, side of a tile
+// Rectangles of changed area. An element is drawn once in each that it overlaps, so more would take longer.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
@@ -64,8 +63,7 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  // Combines changed tiles to rectangles. Changed tiles beside each other in a row form a rectangle, which is extended
-  // downwards if the same tiles of the next row have changed.
+  // Neighbours in a row form a rectangle, which grows downwards while the next row has the same.
   std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {

@@ -1,6 +1,5 @@
-// Finds the parts of a user-interface frame that differ from an earlier frame. The frame is divided into tiles. Each
-// tile has a hash of all elements that are drawn over it, in order. So a running clock redraws only its own tiles, not
-// the whole window.
+// What differs between two frames of the interface, by a hash per tile of all elements over it. A running clock redraws
+// only its tiles.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +12,15 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// Returns one hash per tile, row by row. `textures`: one number for each texture in the draw lists; the number changes
-/// whenever the texture's content changes.
+/// Row by row. `textures`: a number each, which changes with the content.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 
-/// Returns the parts in which two frames of this size (pixels) differ: a few rectangles that do not overlap.
+/// A few rectangles that do not overlap. Size in pixels.
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size);
 
-/// Combines two hashes. The result depends on both hashes and on their order.
+/// Depends on the order.
 inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
   a = (a ^ b) * 0x9e3779b97f4a7c15u;
   return a ^ a >> 29;

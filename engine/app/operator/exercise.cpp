@@ -70,8 +70,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Rounds a number to four significant digits, so that the file contains the number as the user typed it. Without
-    // rounding, the float 0.7 would be written with more digits.
+    // Four significant digits: the float 0.7 would be written with more.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -93,9 +92,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // The base scene's paint file contains brush strokes that change the stiffness of a tissue. `servo.materials`
-    // already includes this change. The reader of the new scene applies the strokes again, so the change is removed
-    // here.
+    // The paint file's strokes are already in `servo.materials`, and are applied again on reading.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -105,7 +102,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // The rules of the score are in the scene's task. A scene without a task has them in its block "score" instead.
+  // In the task, or without one in "score".
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
@@ -130,11 +127,10 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Checks for errors that would let a session fail, such as an invalid mesh or a rule of the score without a target.
-/// Throws Error.
+/// Errors that would let a session fail: invalid mesh, rule without target. Throws Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // tries one rule at a time, to find the faulty rule
+  const auto try_rules = [&](const auto& read) {  // one at a time, to find the faulty one
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;
@@ -168,7 +164,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // First writes and checks the exercise in another folder, so that an invalid exercise does not replace a file.
+  // Elsewhere first, so that an invalid exercise replaces nothing.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

@@ -1,4 +1,4 @@
-// The page for experiments: the user chooses the question, starts the trials and reads the result.
+// Choice of the question, trials, result.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Shows the exercise, hand and picture that the user selected on the start page. The experiment will use them.
+/// Exercise, hand and picture of the start page, which the experiment uses.
 void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("selection", s.text("op.experiment_with"), size, w);
   const auto title = [](const auto& list, int chosen) {
@@ -69,7 +69,7 @@ void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Formats a value with its confidence interval, such as "12 (95 %: 8 to 19) %".
+/// Such as "12 (95 %: 8 to 19) %".
 std::string interval_text(const OperatorState& s, const FoundValue& found, const char* unit) {
   const auto number = [&](double v) {
     return std::isnan(v) ? std::string("–") : s.number(v, std::abs(v) < 10 ? 1 : 0);

@@ -1,4 +1,4 @@
-// Runs an experiment (`typodont experiment`) in a separate process beside the window. Main thread only.
+// `typodont experiment` in its own process beside the window. Main thread only.
 #pragma once
 
 #include "engine/app/operator/long_work.h"
@@ -6,9 +6,8 @@
 
 namespace typodont {
 
-/// Runs the experiment of OperatorState::experiment with the selected exercise, hand, picture and person. Writes the
-/// trials to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv and the result to the .html file beside it. Stores the
-/// result in the state.
+/// OperatorState::experiment with the selection. Trials go to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv, the
+/// result to the .html beside it and to the state.
 void make_experiment(OperatorState& s, BackgroundTask& work);
 
 }  // namespace typodont

@@ -47,8 +47,7 @@ namespace widgets {
 
 namespace {
 
-/// Returns the folder that the list of files shows first. It is the folder of the typed path, or the home folder if the
-/// path has none.
+/// Folder of the typed path, or home.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -58,7 +57,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// Draws a line of the list of files. Returns true if the user chose this line by mouse, Space or Enter.
+/// True if chosen by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));
@@ -79,7 +78,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     list_folder(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // The popup gets a new name whenever a folder is opened, because ImGui selects the first line of a new popup.
+  // ImGui selects the first line of a new popup, so each folder gets a new name.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

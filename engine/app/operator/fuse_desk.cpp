@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 560;  // pixels, width and height of the picture of a surface
+constexpr int kPixels = 560;  // pixels, of a surface's picture
 }
 
 void FuseDesk::open() {

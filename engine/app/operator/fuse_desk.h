@@ -1,5 +1,5 @@
-// Aligns an intraoral scan with the CBCT (cone beam CT) of the scan page. Reads the scan's mesh, registers the points
-// that the user picks, draws both surfaces, and replaces the crowns. Main thread only.
+// Aligns an intraoral scan with the scan page's CBCT: reads the mesh, registers picked points, draws both surfaces,
+// replaces the crowns. Main thread only.
 #pragma once
 
 #include <memory>
@@ -20,18 +20,17 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Before this, the scan page must have
-  /// computed the tissue labels with the scan's own voxel size.
+  /// Shows the page and reads OperatorState::fuse in the background. Needs labels at the scan's own voxel size.
   void open();
-  /// Registers the two surfaces by the picked points. If the result is refused, the message line states the reason.
+  /// By the picked points. The message line says why a result is refused.
   void register_points();
-  /// Replaces the crowns in the CBCT of the scan page by the surface of the intraoral scan, then shows the scan page.
+  /// Replaces the crowns and shows the scan page.
   void take();
-  /// Draws the surfaces again if they have changed. Call it before the page is drawn.
+  /// Redraws after a change, before the page is drawn.
   void follow();
-  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
+  /// GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// Frees the memory of both surfaces (intraoral scan and CT).
+  /// Memory of both surfaces.
   void close();
 
  private:

@@ -1,5 +1,4 @@
-// The page on which an intraoral scan is aligned with a CBCT. The user picks the same points in both surfaces, checks
-// the result of the registration, and replaces the crowns.
+// An intraoral scan is aligned with a CBCT: pick the same points in both, check the registration, replace the crowns.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,12 +16,11 @@ using namespace widgets;
 namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
-constexpr double kZoom = 1.15;  // ratio by which one step of the mouse wheel magnifies the surface
-// pixels; if the mouse moves by more than this while its button is pressed, the mouse turns the surface; otherwise it
-// picks a point
+constexpr double kZoom = 1.15;  // per wheel step
+// pixels of motion, above which a drag turns the surface; below, it picks a point
 constexpr float kClick = 4;
 
-/// Handles the mouse over a surface. A click picks a point, dragging turns the surface, and the wheel zooms.
+/// Click picks, drag turns, wheel zooms.
 void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
   const ImGuiIO& io = ImGui::GetIO();
   SurfacePicture& view = form.fusion->view(side);
@@ -89,7 +87,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
     row(s.text("op.fuse_median"), mm(found->fine.median));
     row(s.text("op.fuse_most"), mm(found->fine.most_of));
-    // m, if the registration's uncertainty is larger than this, the page shows it as a warning
+    // m, larger uncertainties are a warning
     constexpr double kFair = 0.1e-3;
     row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
         found->fine.predicted_error < kFair ? &kGood : &kWarn);

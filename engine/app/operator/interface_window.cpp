@@ -18,11 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s, after each input, every frame is drawn for this time, so that hover effects and the blinking cursor are shown
+// s of drawing every frame after input: hover effects, cursor
 constexpr double kSettle = 0.25;
 
-/// Returns the first file of the list that exists. A list of fonts is needed because Debian, Fedora and Arch have fonts
-/// in different folders.
+/// Debian, Fedora and Arch keep fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -45,8 +44,7 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// Sets a dark, neutral theme, which does not distract from the picture. One accent colour marks elements that can be
-/// used.
+/// Dark and neutral, so the picture stands out; one accent colour for what can be used.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -188,7 +186,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  if (device_.device) vkDeviceWaitIdle(device_.device);  // there is no device if a new one could not be created
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // no device if creating a new one failed
 }
 
 void InterfaceWindow::build_fonts() {
@@ -196,8 +194,7 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Selects the characters that the fonts contain: Latin, Greek (for µ), punctuation, arrows and mathematical signs.
-  // For Chinese, the characters of the text catalogue are added.
+  // Latin, Greek (µ), punctuation, arrows and mathematics; for Chinese, the catalogue's characters.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -297,8 +294,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 reads the state of each key once per frame, so it misses a key that is pressed and released between two
-  // frames. Therefore the queue returns at most one event per key and frame.
+  // ImGui 1.86 reads keys once per frame and would miss a short press: one event per key and frame.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -337,8 +333,7 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // A new picture may get the same Vulkan handle as a picture that was destroyed. Therefore the number that identifies
-  // the picture's content also contains the number of uploads.
+  // A new picture may get a destroyed one's handle, so the number also counts uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

@@ -1,5 +1,4 @@
-// A desktop window that Dear ImGui draws: GPU device, output, fonts, theme and input. The caller draws the content of
-// each frame. Main thread only.
+// A desktop window of Dear ImGui: device, output, fonts, theme, input. The caller draws the content. Main thread only.
 #pragma once
 
 #include <memory>
@@ -18,9 +17,9 @@ struct ImFont;
 
 namespace typodont {
 
-/// Sizes in pixels and fonts, for the scale of this screen.
+/// For this screen's scale.
 struct InterfaceStyle {
-  float unit = 16;  // pixels, height of normal text; all other sizes are multiples of this height
+  float unit = 16;  // pixels, height of normal text, the unit of all sizes
   ImFont* plain = nullptr;
   ImFont* large = nullptr;  // font for headings
   ImFont* small = nullptr;
@@ -33,40 +32,36 @@ class InterfaceWindow {
     display::ivec2 size{1280, 800};
     bool validation = false;
   };
-  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can draw to it.
+  /// Throws Error without desktop, or a Vulkan device that can draw to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;
   InterfaceWindow& operator=(const InterfaceWindow&) = delete;
 
-  /// Loads fonts for this language. If the computer has no such font, changes nothing and returns false.
+  /// False, and no change, without a font for it.
   bool set_language(session::Language language);
-  /// Adds the characters of `text` to the fonts from the next frame on. Call it between two frames.
+  /// Characters for the next frames. Between frames only.
   void announce_text(const std::string& text);
 
-  /// Reads mouse and keyboard. Returns true if a frame should be drawn, because input has arrived or because the last
-  /// frame is older than `most_seconds`.
+  /// Mouse and keyboard. True: draw a frame, because of input or after `most_seconds`.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Begins a frame, which end() shows. Call ImGui's functions between begin() and end(). `emergency_stop`: true if the
-  /// keys Esc and Space act as emergency stop in this frame.
+  /// ImGui's functions go between begin() and end(). `emergency_stop`: Esc and Space act as such in this frame.
   void begin(bool emergency_stop);
   void end();
 
-  /// Registers a picture as a texture that ImGui::Image draws in this frame. `shows`: a number that changes whenever
-  /// the picture's content changes.
+  /// For ImGui::Image in this frame. `shows` changes with the content.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
-  /// Uploads a picture that is shown in several frames. The caller destroys it after wait_idle().
+  /// For several frames. The caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
-  /// Creates a new GPU device and a new window after the device was lost. Uploaded pictures are lost too, so destroy
-  /// them before this call.
+  /// New device and window after a loss. Destroy uploaded pictures first.
   void recreate_device();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
-  /// Sets the text of the title bar if it differs from the present text.
+  /// If it differs.
   void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
@@ -87,12 +82,12 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // characters that announce_text() added to those of the catalogue
+  std::string more_;  // from announce_text(), beyond the catalogue
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };
 
-/// Returns true if the computer has a font for the language.
+/// A font for the language is there.
 bool can_show(session::Language language);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Runs a long task on its own thread while the window stays usable. Reports the task's progress and result.
+// A long task on its own thread, with progress and result.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ namespace typodont {
 
 class Job {
  public:
-  /// Runs `work` on its own thread. `work` may throw any exception, including Cancelled; see failure().
+  /// `work` may throw anything, including Cancelled; see failure().
   explicit Job(std::function<void(Progress&)> work)
       : thread_([this, run = std::move(work)] {
           try {
@@ -29,14 +29,14 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// Returns the exception that the work threw; null if it threw none. Call it after done().
+  /// What the work threw; null: nothing. After done().
   std::exception_ptr failure() const { return failure_; }
 
  private:
   Progress progress_;
   std::exception_ptr failure_;
   std::atomic<bool> done_{false};
-  // declared last, so that the destructor joins the thread before it destroys the members that the thread uses
+  // last, so that it joins before what it uses is destroyed
   std::jthread thread_;
 };
 

@@ -7,11 +7,10 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// Number of frames that ImGui needs to move the focus or to open a list. During these frames, a field accepts no text
-// and a list accepts no arrow keys.
+// for ImGui to move the focus or open a list, before fields accept text and lists arrow keys
 constexpr int kFocusFrames = 3;
 
-/// Returns true if ImGui sends this key to the focused element.
+/// ImGui sends this key to the focused element.
 bool acts_on_focus(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }
@@ -41,8 +40,7 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      // A repeated key event does not change the state. It is ignored here, because the pages handle key repeat
-      // themselves.
+      // The pages repeat keys themselves.
       if (down_[code] != key.down) {
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))

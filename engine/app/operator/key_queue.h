@@ -1,5 +1,5 @@
-// Passes keyboard input to the pages frame by frame. A page reads the state of the keys once per frame. On a busy
-// computer, the user may press several keys between two frames. The queue stores them all in order. Main thread only.
+// A page reads the keys once per frame. On a busy computer several may come between: they are queued in order. Main
+// thread only.
 #pragma once
 
 #include <array>
@@ -17,9 +17,8 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// Returns the keys for one frame. Each key occurs at most once, together with its Ctrl or Shift. If one of the keys
-  /// may move the focus, the following text, arrow keys, Enter and Esc are kept for later frames until the focus has
-  /// moved. If Esc and Space act as emergency stop, they are returned before all other keys.
+  /// Each key once per frame, with its Ctrl or Shift. After a key that may move the focus, text, arrows, Enter and Esc
+  /// wait for it. An emergency stop goes first.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -34,7 +34,7 @@ std::vector<fs::path> json_files(const fs::path& folder) {
   return files;
 }
 
-/// Converts a file name to a title: "molar-caries" becomes "Molar caries".
+/// "molar-caries" becomes "Molar caries".
 std::string title_of(std::string name) {
   std::replace(name.begin(), name.end(), '-', ' ');
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -92,7 +92,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    // skips a pedal, which has no address, and the mouse, which has an entry of its own
+    // a pedal has no address, the mouse its own entry
     if (d.address.empty() || d.address.starts_with("mouse:")) continue;
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
@@ -112,7 +112,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
         if (rig.kind == display::DisplayKind::kOffscreen) continue;
-        // Shipped rig files for windows are not listed, because each exercise selects its own window rig (usual_rig()).
+        // Each exercise chooses its own window rig (usual_rig()).
         if (rig.kind == display::DisplayKind::kWindow && folder == shipped) continue;
         const bool mirror = folder == shipped && file.stem() == "mirror";
         const std::string title = rig.kind == display::DisplayKind::kHmd ? s.text("op.headset")
@@ -120,7 +120,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
                                                                          : title_of(file.stem().string());
         rigs.push_back({file, title, false});
       } catch (const Error&) {
-        continue;  // the file is incomplete or belongs to another version of the program, so it is not listed
+        continue;  // incomplete, or of another version: not listed
       }
     }
   }
@@ -159,8 +159,7 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  // The file of an earlier session may still exist, because all sessions of this process use the same temporary name.
-  // The old file is deleted here, because the program refuses to overwrite a file that it has read.
+  // All sessions of a process share the name, and the program refuses to overwrite a file it has read.
   fs::remove(file, code);
   return file;
 }
@@ -189,7 +188,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-    // the file is damaged or belongs to another version, so the defaults of a first run are used
+    // damaged, or of another version: as in a first run
   } catch (const Error&) {
   }
   return r;
@@ -204,7 +203,7 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-    // if the disk is full or read-only, the selection is not stored, and no error is reported at exit
+    // disk full or read-only: not stored, no error at exit
   } catch (const Error&) {
   }
 }

@@ -1,4 +1,4 @@
-// Finds the available exercises, hands and display rigs, and the user's folders.
+// Available exercises, hands and rigs, and the user's folders.
 #pragma once
 
 #include <filesystem>
@@ -10,43 +10,38 @@
 
 namespace typodont {
 
-/// Finds the shipped scenes and then the user's scenes, sorted by name. A scene that cannot be read is listed with its
-/// error.
+/// Shipped, then own ones, by name. Unreadable ones carry their error.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
-/// Changes a text so that it is a valid name of a file or folder.
+/// Made valid for a file or folder.
 std::string file_name_of(const std::string& text);
 
-/// Lists the connected devices, the mouse, and an entry for an address that the user types.
+/// Connected devices, the mouse, and an entry for a typed address.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// Lists the operator's window as a display rig, then the shipped rigs and the user's rigs for screens and mirrors.
+/// The operator's window, then rigs for screens and mirrors, shipped and own.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
-/// Returns the local time in the form that file names use: "2026-11-21_12-30-05".
+/// Local: "2026-11-21_12-30-05".
 std::string date_and_time();
-/// Returns the path of a new recording, ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, and creates its folder.
+/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5; creates the folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Returns the folder of the trainee "expert", beside the folder of the given trainee. Reports compare a session with
-/// the sessions in this folder.
+/// Of the trainee "expert", beside the given one; reports compare with it.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
-/// Returns the path of a temporary file for a recording. The file is deleted when the program ends, unless the user
-/// keeps it. This function also deletes temporary files of earlier programs that were killed. The path is empty if the
-/// disk is full.
+/// Deleted at the end unless kept; also deletes those of killed programs. Empty if the disk is full.
 std::filesystem::path temporary_recording_file();
 
-/// The user's last selection: language, trainee, scene, hand, picture. Errors while reading and writing it are ignored.
+/// The last selection. Errors of reading and writing are ignored.
 struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
-  int monitor = -1;   // number of the monitor for full screen; −1: no full screen
-  std::string model;  // contact model that the user selected; empty: the exercise's own model
+  int monitor = -1;   // of full screen; −1: none
+  std::string model;  // selected model; empty: the exercise's
 };
 Remembered remembered();
-/// Chooses the language of the window: from the option --language, otherwise from the last run, otherwise from the
-/// desktop. Throws Error if the language is unknown.
+/// --language, otherwise the last run's, otherwise the desktop's. Throws Error if unknown.
 session::Language user_language(const std::string& wanted);
 void remember(const Remembered& r);
 

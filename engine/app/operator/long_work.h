@@ -1,5 +1,4 @@
-// Runs one long task at a time while the window stays usable. When the task is done, executes an action in the window's
-// thread. Main thread only.
+// One long task at a time; its end triggers an action in the window's thread. Main thread only.
 #pragma once
 
 #include <functional>
@@ -14,14 +13,13 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread. When `work` has succeeded, look() runs `then`. If an earlier task is still running,
-  /// begin() first cancels that task.
+  /// When `work` has succeeded, look() runs `then`. Cancels an earlier task.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();
-  /// Cancels the task and waits for its end.
+  /// Cancels and waits.
   void drop();
-  /// Updates the displayed progress. Returns true if the task has ended since the last call.
+  /// Updates the progress. True: ended since the last call.
   bool look();
 
  private:

@@ -41,15 +41,14 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
-// ns, interval at which the loop checks for changes that the desktop does not report
+// ns, between looks for what the desktop does not report
 constexpr Nanos kIdleWait = 25'000'000;
-// ns. In each pass, the loop waits for input. If input arrived after less than this time, the loop sleeps before the
-// next pass, which saves computing time.
+// ns; input sooner than this is followed by a pause
 constexpr Nanos kBriefWait = 4'000'000;
-constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
+constexpr double kSessionFrame = 0.05;  // s, of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
-/// The program with a window. It draws the pages frame by frame, and executes their requests between two frames.
+/// Draws the pages, and executes their requests between frames.
 class Operator {
  public:
   void run() {
@@ -70,8 +69,7 @@ class Operator {
   }
 
  private:
-  /// Called when the program ends, also after an error. Ends the session properly, and stores the unsaved work of an
-  /// author.
+  /// At the end, also after an error: ends the session, stores an author's work.
   void leave() noexcept {
     try {
       work_.drop();
@@ -83,7 +81,7 @@ class Operator {
     }
   }
 
-  /// Runs one pass of the loop: reads the input, and draws a frame if something changed.
+  /// One pass: input, and a frame if something changed.
   void turn() {
     const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
     const bool due = window_.poll(moving() || s_.busy ? kSessionFrame : kIdleFrame);
@@ -91,7 +89,7 @@ class Operator {
       quit_ = true;
       return;
     }
-    // Files that the user drops on the window are ignored during a session or a long task.
+    // Dropped files are ignored during sessions and long tasks.
     const std::vector<std::string>& dropped = window_.input().dropped;
     if (!dropped.empty() && !desk_.running() && !s_.busy) {
       s_.dropped = joined_files(dropped);
@@ -107,21 +105,19 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      // The pause limits how often the loop runs per second. A mouse can send a thousand events per second, and each
-      // event would start a pass of the loop.
+      // A mouse can send a thousand events per second.
       if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
 
-  /// Does background work while a page is idle: draws the picture of the selected scene if it is missing, computes
-  /// missing scores, and searches for devices.
+  /// While idle: the selected scene's picture, missing scores, devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();
     return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
   }
 
-  /// Opens the files that pages request, and reports files that could not be opened.
+  /// Opens requested files; reports failures.
   bool look_at_started() {
     for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
     const auto failed = started_.look();
@@ -130,8 +126,7 @@ class Operator {
     return true;
   }
 
-  /// Creates all GPU objects again on a new device while the session continues. If the new device is lost within
-  /// kReviveInterval, the program treats the GPU as broken.
+  /// On a new device, while the session goes on. Lost again within kReviveInterval: the GPU is broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
@@ -148,7 +143,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Returns the text of the title bar: the name of the page, and the trainee whose session the page shows.
+  /// Page, and the trainee of the session.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -247,7 +242,7 @@ class Operator {
     }
   }
 
-  /// Returns true if executing the request would discard the unsaved work of an author.
+  /// It would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
@@ -259,8 +254,7 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// Handles the user's answer to the question about unsaved work. The request that caused the question is executed or
-  /// dropped, according to the answer.
+  /// The waiting request is executed or dropped.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});
@@ -276,7 +270,7 @@ class Operator {
     if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
-  /// Executes a request that does not concern a running session.
+  /// Requests outside a running session.
   void carry_out(const Request& r) {
     switch (r.ask) {
       case Ask::kStart:
@@ -333,9 +327,9 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // stops the work on a report about the recording, if there is any
+        work_.drop();  // e.g. a report on this recording
         fs::remove(s_.outcome.report);
-        // If the recording cannot be deleted, an error is shown, and its path is kept so that the user can try again.
+        // Its path is kept for another try.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
@@ -423,12 +417,11 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // requests to a running session are handled by SessionDesk
+        break;  // SessionDesk handles the others
     }
   }
 
-  /// Starts a session. `from`: a session or a saved preparation that is continued; empty: the selected scene is
-  /// started.
+  /// `from`: session or preparation to continue; empty: the selected scene.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -436,7 +429,7 @@ class Operator {
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
     choices_.remember();
     work_.drop();
-    choices_.pictures().drop();  // stops drawing scene pictures, because the session needs all processors
+    choices_.pictures().drop();  // the session needs all processors
     scores_.drop();
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
@@ -444,26 +437,24 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // if the session cannot begin, the window returns to this page
+    s_.page = before;  // back here if it cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
-    // A preparation that is continued keeps its contact model; otherwise the user's selection is used.
+    // A continued preparation keeps its model.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // The author's brush changes the distance field. So in an author's session, the contact model and the picture must
-    // also use the distance field.
+    // The author's brush changes the distance field, so contact and picture must use it.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 
   void begin_experiment() {
     choices_.remember();
-    choices_.pictures().drop();  // stops drawing scene pictures, because the experiment needs all processors
+    choices_.pictures().drop();  // the experiment needs all processors
     scores_.drop();
     s_.say("");
     make_experiment(s_, work_);
   }
 
-  /// Loads the scene in which a session or a saved preparation was made. A recording contains its scene. For a saved
-  /// preparation, the scene is found by the name in the preparation's file name.
+  /// A recording contains its scene; a preparation names it in its file name.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -472,7 +463,7 @@ class Operator {
                 "the exercise in which it was made");
   }
 
-  /// Runs one pass of the session's loop. Returns true if the trainee's picture changed.
+  /// True: the trainee's picture changed.
   bool step_session() {
     const SessionDesk::Turn turn = desk_.step();
     if (turn == SessionDesk::Turn::kOver) {
@@ -525,7 +516,7 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  // declared after the members that the background work uses, so that the work ends before they are destroyed
+  // after what the work uses, so that it ends first
   BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
@@ -539,7 +530,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-    // an error after the window was opened is a failure of the run, not an error of the set-up
+    // with the window open, it is a failure of the run
   } catch (const Error& e) {
     throw RunFailure(e.what());
   }

@@ -1,11 +1,9 @@
-// The operator's window, which `typodont` without arguments opens. The user selects an exercise, a hand and a picture,
-// runs sessions and reads their results. Main thread only.
+// The window of `typodont` without arguments: select, run sessions, read results. Main thread only.
 #pragma once
 
 namespace typodont {
 
-/// Runs the window until the user closes it. Throws Error if there is no desktop, and RunFailure if the program cannot
-/// continue.
+/// Until it is closed. Throws Error without a desktop, RunFailure if it cannot continue.
 void run_operator();
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Planning an implant in the window: loads the jaw, evaluates the plan and draws its sections. Main thread only.
+// Planning an implant: jaw, evaluation, sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -19,16 +19,16 @@ class PlanDesk {
   PlanDesk(const PlanDesk&) = delete;
   PlanDesk& operator=(const PlanDesk&) = delete;
 
-  /// Shows the page and loads the jaw of the selected scene in the background. `bone_class`: number of a class in
-  /// kBoneClasses, from 1; 0: the scene's own bone.
+  /// Shows the page, loads the selected scene's jaw in the background. `bone_class`: of kBoneClasses, from 1; 0: the
+  /// scene's bone.
   void open(BackgroundTask& work, int bone_class = 0);
-  /// Evaluates and draws the plan again if it has changed. Call it before the page is drawn.
+  /// Evaluates and draws after a change, before the page is drawn.
   void follow();
-  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
+  /// GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// Frees the memory of the jaw.
+  /// The jaw's memory.
   void close();
-  /// Returns the jaw with its scene; null until it is loaded.
+  /// Jaw and scene; null until loaded.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }
 
  private:

@@ -1,5 +1,4 @@
-// The page for planning an implant. The user moves and tilts the implant in three sections, reads the findings, and
-// saves the plan.
+// Moving and tilting an implant in three sections, findings, saving.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,21 +15,20 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kWheel = 0.25e-3;       // m, motion of the implant along its axis per step of the mouse wheel
-constexpr double kLargestTilt = 60;      // degrees, largest tilt of the implant that the user can set
+constexpr double kWheel = 0.25e-3;       // m along the axis per wheel step
+constexpr double kLargestTilt = 60;      // degrees, that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
-// index of the section plane through the implant's upper end, perpendicular to the implant's axis
+// section across the axis at the implant's upper end
 constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
-/// Converts a point in frame W to a position in the picture, as fractions of width and height from the top left corner.
+/// Of the picture's width and height, from the top left.
 glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   const dvec3 from = p_W - plane.center_W;
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Handles the mouse over a section. Dragging the implant's apex (lower end) tilts the implant, dragging another point
-/// of the implant moves it, and the wheel moves it along its axis.
+/// Dragging the apex tilts, dragging elsewhere moves; the wheel moves along the axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {
@@ -71,7 +69,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
                  [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
-/// Draws fields for the three coordinates of a point, in millimetres.
+/// Three coordinates, mm.
 bool edit_point(const char* id, dvec3& p_W) {
   std::array<double, 3> mm{p_W.x / kMillimetre, p_W.y / kMillimetre, p_W.z / kMillimetre};
   ImGui::SetNextItemWidth(-1);
@@ -82,7 +80,7 @@ bool edit_point(const char* id, dvec3& p_W) {
   return true;
 }
 
-/// Draws fields for the tilts of the axis towards x and y, in degrees; 0 is straight down.
+/// Degrees towards x and y; 0: straight down.
 bool edit_axis(dvec3& axis_W) {
   std::array<double, 2> tilt{std::atan2(axis_W.x, -axis_W.z) / kDegree, std::atan2(axis_W.y, -axis_W.z) / kDegree};
   ImGui::SetNextItemWidth(-1);
@@ -121,8 +119,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       }
     ImGui::EndCombo();
   }
-  // If the user selects a class of synthetic bone, the jaw is loaded again, and the plan of the scene replaces the
-  // user's plan.
+  // Another bone: the jaw is loaded again, and the scene's plan returns.
   if (form.bone_class > 0) {
     const auto title = [&](int i) {
       return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);
@@ -165,7 +162,7 @@ void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
   const float height = body.y, side = std::max(0.3f * body.x, 20 * u);
   begin_column("sections", {body.x - side - gap.x, height});
   if (s.plan.ready) {
-    // Arranges three square sections: two large ones at the top, and a smaller one below.
+    // Three squares: two large ones above a smaller one.
     const float captions = 2 * (1.4f * u + gap.y) + gap.y;
     const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
     draw_section(s, w, 0, large);

@@ -1,5 +1,4 @@
-// The picture on the result page. It shows the final surface from a fixed direction. Main thread only, except
-// picture_of_result().
+// The final surface from a fixed direction. Main thread only, except picture_of_result().
 #pragma once
 
 #include <optional>
@@ -10,8 +9,8 @@
 
 namespace typodont {
 
-/// Draws the final surface by software, on the background colour of the window. If there is an ideal result, the
-/// picture shows the difference to the ideal. The picture is empty if the surface is unknown. For any thread.
+/// By software, on the window's background; with an ideal, the difference to it. Empty if the surface is unknown. Any
+/// thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -21,16 +20,16 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// Uploads the picture of the session's result if it is new. Call it before the page is drawn.
+  /// Uploads a new picture, before the page is drawn.
   void follow();
-  /// Frees the GPU memory, for example after the GPU was lost. The next follow() uploads the picture again.
+  /// GPU memory; the next follow() uploads again.
   void destroy();
 
  private:
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<gpu::Image> image_;
-  std::vector<std::uint8_t> shown_;  // pixels of the picture that is on the GPU
+  std::vector<std::uint8_t> shown_;  // pixels that are on the GPU
 };
 
 }  // namespace typodont

@@ -14,7 +14,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // pixels, width and height of the picture of a section
+constexpr int kPixels = 384;  // pixels, of a section's picture
 }
 
 void ScanDesk::open() {
@@ -80,7 +80,7 @@ void ScanDesk::begin_full(const LabelRequest& request) {
         options.progress = [&](double done) { progress.at(done); };
         try {
           result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // tells the review that these labels will not be computed
+        } catch (const Cancelled&) {  // the review then knows that they will not come
         } catch (const Error& e) {
           result->failure = e.what();
         }

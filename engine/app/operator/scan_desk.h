@@ -1,5 +1,4 @@
-// Shows a scan in the window before its import. Reads the scan, computes the tissue labels that the review requests,
-// and draws its sections. Main thread only.
+// A scan before its import: reads it, computes requested labels, draws sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -22,20 +21,19 @@ class ScanDesk {
   ScanDesk(const ScanDesk&) = delete;
   ScanDesk& operator=(const ScanDesk&) = delete;
 
-  /// Shows the page and reads the scan of OperatorState::import in the background. If the scan cannot be read, the
-  /// import page is shown with the reason.
+  /// Shows the page, reads OperatorState::import in the background. If unreadable: back to the import page, with the
+  /// reason.
   void open();
-  /// Receives tissue labels when their computation has ended, and starts the computation of requested labels. Coarse
-  /// labels are computed without a message to the user. Full labels (with the scan's own voxel size) are computed as a
-  /// task with a progress bar. Returns true if something visible changed.
+  /// Takes finished labels and starts requested ones: coarse ones silently, full ones with a progress bar. True:
+  /// something visible changed.
   bool look();
-  /// Draws the sections again if they have changed. Call it before the page is drawn.
+  /// Redraws after a change, before the page is drawn.
   void follow();
-  /// Makes an exercise from the selected region of the scan, with the user's corrections, and selects the new scene.
+  /// An exercise from the region with the corrections; selects it.
   void import(Choices& choices);
-  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
+  /// GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// Frees the memory of the scan.
+  /// The scan's memory.
   void close();
 
  private:
@@ -51,7 +49,7 @@ class ScanDesk {
     std::optional<haptics::Imported> labels;
   };
   std::shared_ptr<Computed> coarse_;
-  std::optional<LabelRequest> full_;  // request for labels with the scan's own voxel size, computed by work_ at present
+  std::optional<LabelRequest> full_;  // labels at full size that work_ computes
   std::unique_ptr<Job> job_;          // computes coarse tissue labels (the request `coarse_`)
   std::vector<gpu::Image> images_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn

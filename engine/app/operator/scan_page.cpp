@@ -1,5 +1,4 @@
-// The page that shows a scan before its import: three sections with the region's box and the tissue labels, tools to
-// correct the labels, and the import.
+// A scan before its import: three sections with region and labels, correcting tools, import.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +15,8 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kZoom = 1.15;  // ratio by which one step of the wheel changes the shown width
-// an edge of the region can be dragged if its distance from the mouse is less than kGrip times the height of the text
+constexpr double kZoom = 1.15;  // of the width, per wheel step
+// in text heights, within which an edge can be dragged
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
@@ -28,7 +27,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Returns the colour in which the page shows the tissue labels that a correction tool (brush, seed) makes.
+/// Of labels that a tool makes.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:
@@ -45,7 +44,7 @@ glm::dvec3 kind_color(haptics::LabelKind kind) {
   return {235, 235, 235};
 }
 
-/// Position and plane of one section on the screen.
+/// One section on the screen.
 struct View {
   const SectionPlane& plane;
   ImVec2 at;
@@ -57,12 +56,12 @@ struct View {
     return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
             at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
   }
-  // returns the length in m of a number of pixels in the picture
+  // m
   double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };
 
-/// Applies the brush along the line from the mouse's previous position to its present position.
+/// Along the mouse's way.
 void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   haptics::LabelStroke stroke;
   stroke.kind = static_cast<haptics::LabelKind>(form.kind);
@@ -72,8 +71,7 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   form.review->correct(stroke, joins);
 }
 
-/// Handles the mouse over a section. The left button drags an edge of the region or the crosshair, or uses the tool.
-/// The right button moves the crosshair. The wheel shows other slices; with Ctrl it changes the shown width.
+/// Left: drags an edge or the crosshair, or uses the tool. Right: crosshair. Wheel: slices; with Ctrl: width.
 void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;

@@ -12,15 +12,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".png";
-// bytes, largest size of the cache of pictures; it holds more than a hundred pictures
+// bytes, more than a hundred pictures
 constexpr std::uintmax_t kMostKept = 64 << 20;
 
 fs::path folder() {
   return cache::folder("pictures");
 }
 
-/// Returns the key under which the drawn picture of a scene is cached. The key changes when the scene's file or the
-/// program changes.
+/// Changes with the scene's file or the program.
 std::uint64_t key_of(const fs::path& scene) {
   Fnv1a key;
   cache::add_build(key);
@@ -28,7 +27,7 @@ std::uint64_t key_of(const fs::path& scene) {
   return key.value;
 }
 
-/// Returns the file with the picture of a scene. The path is empty if there is no picture.
+/// Empty if there is none.
 fs::path picture_of(const fs::path& scene) {
   std::error_code code;
   const fs::path own = fs::path(scene).replace_extension(kSuffix);
@@ -88,7 +87,7 @@ void ScenePictures::begin(const fs::path& scene) {
   drawn_ = scene;
   job_ = std::make_unique<Job>([scene](Progress& progress) {
     const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMostKept, [&](const fs::path& file) {
-      struct Drawn {  // the destructor removes the folder, also after an exception
+      struct Drawn {  // removes the folder, also after an exception
         fs::path folder;
         ~Drawn() {
           std::error_code ignored;

@@ -1,5 +1,4 @@
-// The pictures of the exercises. The start page shows only the picture of the selected exercise, so only this picture
-// is loaded, or drawn if there is none. Main thread only.
+// Only the selected exercise's picture is shown, so only that one is loaded or drawn. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -19,14 +18,13 @@ class ScenePictures {
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Forgets the loaded pictures, because the list of scenes is new.
+  /// For a new list of scenes.
   void forget();
-  /// Frees the GPU memory of the pictures. The GPU must not be using them.
+  /// The GPU must not be using them.
   void destroy();
-  /// Loads the picture of the selected scene: NAME.png beside the scene, or a picture from the cache. If there is none,
-  /// draws it in the background, one picture at a time. Returns true if a picture was loaded.
+  /// NAME.png beside the scene, or from the cache, or drawn in the background. True: loaded.
   bool look();
-  /// Cancels the drawing of a picture.
+  /// Cancels the drawing.
   void drop();
 
  private:

@@ -47,7 +47,7 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   return made;
 }
 
-/// Returns the files of a text that joined_files() has made. A text that is not a list of meshes is one file.
+/// Of joined_files(); a text that is no list of meshes is one file.
 std::vector<fs::path> files_of(const std::string& text) {
   std::vector<fs::path> files;
   std::istringstream in(text);
@@ -56,8 +56,7 @@ std::vector<fs::path> files_of(const std::string& text) {
   return {text};
 }
 
-/// Starts background work that creates a scene. After the work, the list of scenes is updated, and the new scene is
-/// selected and announced.
+/// Afterwards the new scene is in the list, selected and announced.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
@@ -66,7 +65,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
         try {
           *file = make(progress);
         } catch (const RuleRefused& refused) {
-          // the message contains the title of the score rule, because the page shows this title to the user
+          // with the title that the page shows
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -86,7 +85,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 
 NewTooth tooth_of(const ImportForm& form) {
   NewTooth tooth;
-  constexpr double kMouthOpen = 30e-3;  // m, opening of the mouth if several meshes are imported
+  constexpr double kMouthOpen = 30e-3;  // m, of the mouth for several meshes
   const std::vector<fs::path> files = files_of(form.file.data());
   tooth.input = files[0];
   tooth.more.assign(files.begin() + 1, files.end());
@@ -106,7 +105,7 @@ NewTooth tooth_of(const ImportForm& form) {
 void propose_name(OperatorState& s) {
   ImportForm& form = s.import;
   const fs::path file = files_of(form.file.data())[0];
-  // The name is not taken from the file, because names of DICOM files and folders often contain patients' names.
+  // Names of DICOM files often contain patients' names.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
   name.resize(std::min(name.size(), form.name.size() - 1));
@@ -165,7 +164,7 @@ void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {
             return import_tooth(tooth, progress);
           } catch (const Error& e) {
             if (tooth.as_scanned || !haptics::is_mesh_file(tooth.input)) throw;
-            // the surface is not closed, as often in a scan, so the message contains a hint
+            // not closed, as scans often are: with a hint
             throw Error(fmt::format("{}. {}", e.what(), hint));
           }
         });
@@ -200,8 +199,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // The mesh and the score rules of the form are not used, because an invalid entry would prevent saving the author's
-  // work.
+  // Without mesh and rules of the form: an invalid entry must not prevent saving.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

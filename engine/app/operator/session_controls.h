@@ -1,4 +1,4 @@
-// The controls below the picture of a session: for the recording, for undo, and for the content of the picture.
+// Below the picture of a session: recording, undo, content of the picture.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 
 namespace typodont {
 
-/// A row of buttons that continues on the next line if necessary.
+/// Buttons in a row that may wrap.
 class Flow {
  public:
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // true: the entry is no button but a label for the buttons after it
+    bool lead = false;  // a label, no button
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
   int lines(float width) const;
-  /// Draws the buttons. Returns the index of the pressed button; −1 if none was pressed.
+  /// Index of the pressed button; −1: none.
   int draw(float width) const;
 
  private:
@@ -27,14 +27,14 @@ class Flow {
   std::vector<Item> items_;
 };
 
-/// The controls below the picture, for one frame.
+/// For one frame.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);
 
   float height() const;
   void draw();
-  /// Returns true if the session has a picture, so that the controls have an effect.
+  /// There is a picture, so the controls have an effect.
   bool possible() const;
 
  private:
@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // the tissue that this button shows or hides, if `flag` is null
+    Tissue tissue = Tissue::kAir;  // shown or hidden, if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

@@ -1,5 +1,4 @@
-// The session that runs in the operator's window. Starts the session, shows its state, executes requests, ends the
-// session and stores its results. Main thread only.
+// The session in the operator's window, from start to stored results. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -16,15 +15,15 @@
 
 namespace typodont {
 
-/// Result of a session in authoring mode: the data from which an exercise can be made.
+/// Of authoring mode: what an exercise can be made from.
 struct Authored {
   Scene scene;  // the scene that the author edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
+  bool unsaved = false;  // painted or drilled, and not yet saved
 };
 
-/// Data of a finished session that has no recording. Its score is computed from this data.
+/// A finished session without recording, to be scored.
 struct Unscored {
   Scene scene;
   haptics::TissueVolume tissue;
@@ -36,30 +35,26 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Starts a session. If this fails, it throws the error, and no session runs.
+  /// Throws; then no session runs.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// Runs one step of the session. Returns kChanged if the trainee's picture changed or the clock shows the next
-  /// second, and kOver if the session must be ended.
+  /// kChanged: the trainee's picture, or the next second. kOver: must be ended.
   Turn step();
-  /// Returns true if nothing on the session's page, except the clock, has changed or will change without input. Valid
-  /// after step().
+  /// After step(): the page rests, except for the clock.
   bool at_rest() const { return at_rest_; }
-  /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally. If
-  /// the session has no recording but needs a score, returns the data for the score; otherwise null. Sessions in
-  /// authoring mode and sessions that failed get no score.
+  /// Moves the recording to its folder. `why`: of an abnormal end. Returns what a score needs without a recording; null
+  /// otherwise, also for authoring and failures.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// Executes a request that concerns a running session. Returns false for any other request.
+  /// False: not a request to a running session.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
-  /// Result of the last session if it ran in authoring mode; otherwise null.
+  /// Of the last session in authoring mode; otherwise null.
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Frees the picture. Call it before the window's GPU device is destroyed. Until there is a new device, the session
-  /// continues without a picture.
+  /// Before the device is destroyed. Until the next one, the session has no picture.
   void drop_picture();
   void make_picture();
 
@@ -75,18 +70,17 @@ class SessionDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // scene of the running session; no value if no session runs
+  std::optional<Scene> scene_;  // empty: no session runs
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      /// recording_: final path of the recording; written_: path of the recording during the session; saved_: path of
-      /// the file with the saved tissue
+      /// final path, path during the session, and saved tissue
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   Nanos picture_time_ = 0;  // time of the last new picture
   bool at_rest_ = false;
-  Pose rests_at_;  // pose of the tool when it last moved visibly
+  Pose rests_at_;  // where the tool last moved visibly
 };
 
 }  // namespace typodont

@@ -18,11 +18,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".json";
-// bytes, largest size of the cache of scores; it holds about ten thousand scores
+// bytes, about ten thousand scores
 constexpr std::uintmax_t kMostKept = 4 << 20;
 
-/// Returns the key under which the score of a session is cached. The key changes when the session's file or the program
-/// changes.
+/// Changes with the session's file or the program.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   Fnv1a key;
   cache::add_build(key);
@@ -45,7 +44,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // a cache of another version of the program is ignored, so the score is computed again
+  } catch (const Error&) {  // another version's cache is ignored
     return std::nullopt;
   }
 }

@@ -1,5 +1,4 @@
-// The scores in the list of recorded sessions. Scores are cached between runs of the program. Missing scores are
-// computed one by one while the list is shown. Main thread only.
+// Scores of the list, cached between runs; missing ones are computed while it is shown. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +13,9 @@
 
 namespace typodont {
 
-/// Returns the cached score of a session; empty if it must be computed because the file or the program has changed.
+/// Empty if file or program have changed.
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
-/// Stores a score in the cache. For any thread.
+/// Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
 CachedScore known(const session::Score& score);
 
@@ -24,10 +23,9 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// Computes the next missing score in the background, the newest session first. Returns true if a score was finished
-  /// since the last call.
+  /// The next missing one in the background, newest first. True: one was finished.
   bool look();
-  /// Cancels the computation of the sessions' scores.
+  /// Cancels.
   void drop() { job_.reset(); }
 
  private:
@@ -36,7 +34,7 @@ class SessionScores {
   OperatorState& s_;
   std::unique_ptr<Job> job_;
   std::filesystem::path scored_;           // the session whose score is computed at present
-  std::set<std::filesystem::path> tried_;  // sessions for which the computation of the score was already started
+  std::set<std::filesystem::path> tried_;  // already started
 };
 
 }  // namespace typodont

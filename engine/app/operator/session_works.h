@@ -1,4 +1,4 @@
-// Makes reports, learning curves, films and surfaces from recorded sessions in the background. Main thread only.
+// Reports, learning curves, films and surfaces in the background. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -11,22 +11,20 @@
 
 namespace typodont {
 
-/// Updates the list of recorded sessions and saved preparations. The titles of their exercises are in the window's
-/// language.
+/// Recordings and preparations; titles in the window's language.
 void list_sessions(OperatorState& s);
 
-/// Writes the report of a recording to a file beside it, and stores the result in the state's outcome. Then calls
-/// `then`.
+/// Beside the recording, and into the state's outcome; then `then`.
 void make_report(OperatorState& s, BackgroundTask& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
-/// Computes the score of a session that has no recording, and stores it in the state's outcome.
+/// Of a session without recording, into the state's outcome.
 void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Unscored> of);
-/// Shows the report in the browser. Creates the report first if it does not exist.
+/// In the browser; made first if missing.
 void show_report(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// Writes the learning curve of all sessions in the folder of this session, and shows it in the browser.
+/// Of all sessions in this one's folder, in the browser.
 void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// Writes the final tissue as a surface file in the format of OperatorState::mesh_format.
+/// In OperatorState::mesh_format.
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 
 }  // namespace typodont

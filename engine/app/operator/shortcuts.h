@@ -1,5 +1,4 @@
-// The keyboard shortcuts that several pages of the window have in common. Each key has one meaning, and each action has
-// one key.
+// Shortcuts of several pages. Each key has one meaning, each action one key.
 #pragma once
 
 #include <array>
@@ -13,9 +12,9 @@ namespace typodont {
 struct Shortcut {
   int code = 0;  // key code of display::keys
   bool control = false;
-  std::string_view name;      // text on buttons and in the list of keys
+  std::string_view name;      // on buttons and in the list of keys
   std::string_view help;      // key of the explanation in the text catalogue
-  std::array<Ask, 2> does{};  // requests that the key triggers; the user sees them as one action
+  std::array<Ask, 2> does{};  // one action for the user
 };
 
 inline constexpr std::array kShortcuts = {
@@ -39,7 +38,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// Returns the shortcut of a request. If the request has no shortcut, the program does not compile.
+/// Does not compile for a request without a shortcut.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

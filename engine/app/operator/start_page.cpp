@@ -1,4 +1,4 @@
-// The start page: the user selects an exercise, a hand and a picture, and starts a session.
+// Exercise, hand and picture, then the session.
 #include <fmt/format.h>
 
 #include "engine/app/operator/widgets.h"
@@ -38,7 +38,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // The name of the Chinese language is written in Chinese only if the computer has a font for it.
+  // In Chinese only with a font for it.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };
@@ -53,7 +53,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   }
 }
 
-/// Draws the picture of an exercise in the available width. If there is none, draws an empty field of the same size.
+/// Fitted to the width; an empty field of the same size if there is none.
 void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width) {
   if (picture >= 0 && picture < static_cast<int>(s.pictures.size())) {
     const gpu::Image& image = s.pictures[static_cast<std::size_t>(picture)];
@@ -114,7 +114,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws the list from which the user selects the contact model: the exercise's own model, or another model.
+/// The exercise's own, or another.
 void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
   ImGui::Spacing();
   ImGui::TextUnformatted(s.text("op.model"));
@@ -124,7 +124,7 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
   };
   const auto about = [&](const std::string& name) {
     const std::string key = fmt::format("op.model.{}", name);
-    // the text catalogue has no description of a contact model from outside the program
+    // none for models from outside
     return session::has_text(key) ? s.text(key) : "";
   };
   ImGui::SetNextItemWidth(-1);
@@ -238,7 +238,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::EndChild();
 }
 
-/// Handles the shortcuts that do not belong to a button or field.
+/// Those of no button or field.
 void follow_keys(OperatorState& s) {
   const auto next = [](int chosen, std::size_t count) { return count ? (chosen + 1) % static_cast<int>(count) : 0; };
   if (key('D', true)) s.hand = next(s.hand, s.hands.size());
@@ -253,7 +253,7 @@ void follow_keys(OperatorState& s) {
   }
 }
 
-/// Draws the panel that offers the first steps when the program is started for the first time.
+/// At the very first start.
 void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_panel("first_run", nullptr, {0, 4.9f * u}, w);

@@ -1,5 +1,5 @@
-// The state of the operator's window, as plain data. The pages draw the state and add requests to it. The Operator
-// executes the requests between two frames. Main thread only.
+// The window's state as plain data. Pages draw it and add requests, which Operator executes between frames. Main thread
+// only.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,58 +30,58 @@ namespace typodont {
 enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kFuse, kPlan, kExperiment };
 
 enum class Ask {
-  kStart,            // start a session with the user's selection; on the experiment page: start the experiment
-  kEndSession,       // ramp the force down, complete the recording, and end the session
-  kEmergencyStop,    // set the force to zero from the next tick on, then end the session
+  kStart,            // with the selection; or the experiment
+  kEndSession,       // ramp down, complete the recording, end
+  kEmergencyStop,    // zero force from the next tick on, then end
   kToStart,          // return to the start page
   kAgain,            // repeat the last session
   kLanguage,         // set the language; number: index of the language
-  kDoctor,           // check this computer, as the command `typodont doctor` does
+  kDoctor,           // as `typodont doctor`
   kRescan,           // search again for scenes, hands and rigs
-  kOpenReport,       // show the report in the browser; on the experiment page: the experiment's result
+  kOpenReport,       // in the browser; or the experiment's result
   kOpenFolder,       // open the folder of the sessions
-  kDeleteRecording,  // delete the recording of the session that just ended
-  kSettings,         // apply the changes that the user made to the live settings
-  kTool,             // select a tool; number: index in the tool set
-  kPhaseTool,        // select the instrument for the present phase of an implant exercise
+  kDeleteRecording,  // of the session that just ended
+  kSettings,         // apply the changed live settings
+  kTool,             // number: index in the tool set
+  kPhaseTool,        // the instrument of an implant's phase
   kUndo,             // undo a stroke
   kRedo,             // redo a stroke
   kSaveTissue,       // save the present tissue
-  kKeep,             // number: 1 keeps the recording at the session's end, 0 deletes it
-  kLook,             // apply the changes that the user made to OperatorState::look
-  kOwnView,          // number: 1 shows the free viewpoint, 0 the trainee's picture
-  kColor,            // apply the change of a tissue's colour in OperatorState::colors; number: the tissue
-  kLoseDevice,       // for tests: simulate the loss of the GPU device
+  kKeep,             // number: 1 keeps the recording at the end, 0 deletes it
+  kLook,             // apply the changed OperatorState::look
+  kOwnView,          // number: 1 free viewpoint, 0 the trainee's picture
+  kColor,            // of OperatorState::colors; number: the tissue
+  kLoseDevice,       // tests: lose the GPU device
   kSaveExercise,     // save painted and drilled tissue as an exercise
   kHold,             // number: 1 stops drill and force; 0 continues
   kStepDone,         // mark the task's current step as done
   kStepBack,         // mark the last completed step as not done
   kArchive,          // show recorded sessions and imports
   kExperiment,       // show the page of experiments
-  kSessionReport,    // show the report of the selected session in the browser; create it if necessary
-  kLearningCurve,    // show the learning curve of the selected session's trainee
+  kSessionReport,    // of the selected session, in the browser
+  kLearningCurve,    // of the selected session's trainee
   kFilm,             // make a film of the selected session
-  kExpert,           // use the selected session as the expert's session, with which reports compare others
+  kExpert,           // reports compare with the selected session
   kWatch,            // play the selected session in a separate window
-  kExportMesh,       // export the final tissue of the selected session as a mesh
+  kExportMesh,       // final tissue of the selected session
   kGoOnFrom,         // continue the selected session from its end
-  /// import a scan or mesh with the settings in ImportForm; on the scan page: import the selected region
+  /// by ImportForm; on the scan page: the region
   kImport,
-  kLookAtScan,     // show the scan whose path is in ImportForm, before its import
-  kFuse,           // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
+  kLookAtScan,     // of ImportForm, before its import
+  kFuse,           // the scan of FuseForm with the scan page's CBCT
   kFuseDropPoint,  // remove the last point that the user picked
   kFuseRegister,   // register the intraoral scan by the picked points
-  kFuseTake,       // replace the crowns of the CBCT, and return to the scan page
+  kFuseTake,       // crowns replaced; back to the scan page
   kFuseBack,       // return to the scan page
-  kDropped,        // open the file or folder that the user dropped on the window, OperatorState::dropped
-  kPlan,      // plan an implant in the jaw of the selected exercise; number on the plan page: class of the bone, from 1
-  kSavePlan,  // save the planned implant as an exercise
-  kTutorial,  // select and start the tutorial
-  kWelcomed,  // close the introduction of the first start
-  kCancel,    // cancel the running task, for example an import
-  kLeaveKept,     // save the unsaved work as an exercise, then execute the waiting request OperatorState::leaving
-  kLeaveDropped,  // discard the unsaved work, then execute the waiting request OperatorState::leaving
-  kStay,          // discard the waiting request OperatorState::leaving
+  kDropped,        // OperatorState::dropped
+  kPlan,           // in the selected exercise's jaw; number: class of bone, from 1
+  kSavePlan,       // save the planned implant as an exercise
+  kTutorial,       // select and start the tutorial
+  kWelcomed,       // close the introduction of the first start
+  kCancel,         // cancel the running task, for example an import
+  kLeaveKept,      // save, then execute OperatorState::leaving
+  kLeaveDropped,   // discard, then execute OperatorState::leaving
+  kStay,           // discard the waiting request OperatorState::leaving
   kQuit,
 };
 struct Request {
@@ -91,25 +91,24 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // name of the scene, which file names of its recordings contain
+  std::string name;  // in the names of its recordings
   std::string title, description;
-  std::string fault;  // reason why the scene cannot be used; empty if it can be used
-  int picture = -1;   // index of the scene's picture in OperatorState::pictures; -1: none
-  std::string model;  // the scene's contact model (the default if the scene states none)
-  bool own = false;   // true: the user created this scene; false: it is shipped
-  // true: an implant can be planned in this scene, because the scene is an implant exercise, or because its tissue is a
-  // volume that the user imported
+  std::string fault;  // why it cannot be used; empty: it can
+  int picture = -1;   // in OperatorState::pictures; -1: none
+  std::string model;  // the scene's, or the default
+  bool own = false;   // the user's; false: shipped
+  // an implant exercise, or an imported volume: a jaw to plan in
   bool jaw = false;
 };
 struct HandEntry {
-  std::string address;  // address of the hand's device; empty: the user types the address
+  std::string address;  // empty: typed by the user
   std::string title, detail;
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // rig file; empty: the usual window rig of the exercise (`usual_rig`)
+  std::filesystem::path file;  // empty: the exercise's usual window rig
   std::string title;
-  bool embedded = false;  // true: the picture is drawn in the operator's window
+  bool embedded = false;  // in the operator's window
 };
 /// A rule of the score that an instructor can select.
 struct RuleChoice {
