@@ -110,137 +110,131 @@ struct RigChoice {
   std::string title;
   bool embedded = false;  // in the operator's window
 };
-/// A rule of the score that an instructor can select.
+/// That an instructor can select.
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // true: the target is the value that the ideal shape has, if there is an ideal
+  bool from_ideal = true;  // the ideal shape's own value, if there is an ideal
   float target = 0, tolerance = 1, weight = 10;
 };
-/// Source of the ideal result in a new exercise: the base scene, the drilled tissue, or a mesh file.
+/// Where a new exercise's ideal comes from.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // true: the form has not yet been filled with the values of the session
+  bool fresh = true;  // not yet filled with the session's values
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
-  std::array<char, 1024> steps{};  // text of the exercise's steps, one step per line
+  std::array<char, 1024> steps{};  // one step per line
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // true: the base scene has an ideal result
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal result of the exercise
+  std::array<char, 512> mesh{};  // with the ideal result
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
-constexpr int kScannedSurface = 4;  // value of ImportForm::preset that means: carve the mesh itself, without a volume
+constexpr int kScannedSurface = 4;  // ImportForm::preset: carve the mesh itself
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
   int preset = 0;  // an ImportPreset as a number, or kScannedSurface
-  /// number of the series in a DICOM folder with several series, from 1; 0: the folder has only one series
+  /// of a DICOM folder with several, from 1; 0: only one
   int series = 0;
-  int crown = 0;  // direction of the crown, as an index in the enumeration Crown
-  // voxel_mm: mm, voxel size; 0: the voxel size of the file. shell_mm: mm, thickness of the enamel; 0: the default.
+  int crown = 0;  // index in Crown
+  // mm: voxels (0: the file's), enamel (0: default)
   float voxel_mm = 0, shell_mm = 0;
-  float unit_mm = 1;     // mm, length of the unit in which a mesh file states coordinates
-  float spacing_mm = 0;  // mm, distance between two samples of a scan; 0: the distance that the file states
+  float unit_mm = 1;     // mm per unit of a mesh file
+  float spacing_mm = 0;  // mm between samples of a scan; 0: the file's
 };
-/// Action of the left mouse button in a section of a scan.
+/// Left mouse button in a section.
 enum class ScanTool { kLook, kBrush, kSeed };
-/// Data of the page that shows a scan before its import. The page changes the ScanReview. ScanDesk computes the labels
-/// and draws the sections between two frames.
+/// The page changes the ScanReview; ScanDesk computes labels and draws sections between frames.
 struct ScanForm {
-  ScanReview* review = nullptr;  // the scan with the user's corrections; owned by ScanDesk; null until the scan is read
-  std::size_t large = 0;         // index of the section that is shown larger than the others
+  ScanReview* review = nullptr;  // ScanDesk's; null until the scan is read
+  std::size_t large = 0;         // index of the larger section
   ScanTool tool = ScanTool::kLook;
-  int kind = 0;  // kind of label that the correction tool makes, a haptics::LabelKind as a number
+  int kind = 0;  // haptics::LabelKind of the tool
   float radius_mm = 1;
   bool only_tissue = true;
-  // the labels spread from the clicked point (seed) up to these limits of distance and of grey difference
+  // how far labels spread from a seed, in distance and grey difference
   float reach_mm = 5, tolerance = 0.3f;
-  glm::ivec3 walls{0};  // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
-  dvec3 mouse_F{0};     // m, in the scan's coordinate frame F: the point up to which the brush has painted
+  glm::ivec3 walls{0};  // dragged face per axis: −1 lower, +1 upper, 0 none
+  dvec3 mouse_F{0};     // m, scan's frame F, where the brush has painted up to
   ScanPlanes planes;
-  std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
+  std::array<const gpu::Image*, kScanSections> pictures{};  // null until drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
 };
-/// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the ScanFusion. FuseDesk
-/// registers and draws the surfaces.
+/// The page changes the ScanFusion; FuseDesk registers and draws.
 struct FuseForm {
-  std::array<char, 512> file{};  // path of the mesh file of the intraoral scan
+  std::array<char, 512> file{};  // mesh of the intraoral scan
   FileChooser chooser;
   float unit_mm = 1;
-  ScanFusion* fusion = nullptr;  // the two surfaces that are aligned; owned by FuseDesk; null until the mesh is read
-  glm::vec2 pressed{0};          // pixels, position at which the mouse button was pressed
-  bool turning = false;          // true while the mouse turns a surface
-  bool changed = false;          // true: the pictures must be drawn again
-  std::array<const gpu::Image*, 2> pictures{};  // pictures of the two surfaces; null until they are drawn
+  ScanFusion* fusion = nullptr;                 // FuseDesk's; null until the mesh is read
+  glm::vec2 pressed{0};                         // pixels, where the button was pressed
+  bool turning = false;                         // true while the mouse turns a surface
+  bool changed = false;                         // true: the pictures must be drawn again
+  std::array<const gpu::Image*, 2> pictures{};  // null until drawn
   std::uint64_t drawn = 0;                      // number of times that the surfaces were drawn
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
-/// Data of the page on which an implant is planned. The page changes the plan. PlanDesk evaluates and draws the plan
-/// between two frames.
+/// The page changes the plan; PlanDesk evaluates and draws between frames.
 struct PlanForm {
   bool ready = false;  // true after the jaw is loaded
   std::array<char, 96> name{};
   std::vector<ImplantProcedure> procedures;
   int procedure = 0;
-  int bone_class = 0;  // class of synthetic bone, 1 to 4; 0: the bone comes from a scan
+  int bone_class = 0;  // synthetic bone, 1 to 4; 0: from a scan
   session::ImplantPlan plan;
-  float width_mm = 40;    // mm, width of the shown part in each section
-  bool changed = false;   // true: the plan has changed, so the findings and the pictures must be updated
-  bool dragging = false;  // true while the mouse moves or tilts the implant
+  float width_mm = 40;    // mm, of a section
+  bool changed = false;   // findings and pictures must follow
+  bool dragging = false;  // the mouse moves or tilts the implant
   bool tilting = false;   // true while the mouse tilts the implant
   PlanFindings findings;
   PlanPlanes planes;
-  // Pictures of the sections; null until they are drawn.
+  // Null until drawn.
   std::array<const gpu::Image*, std::tuple_size_v<PlanPlanes>> pictures{};
   std::uint64_t drawn = 0;  // number of times that the sections were drawn
 };
-/// The questions that the option --question of `typodont experiment` accepts.
+/// Of --question of `typodont experiment`.
 inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};
 constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
   int question = 0;                 // index of the question in kExperimentQuestions
-  std::array<int, 2> models{0, 1};  // the two compared contact models, as indices in OperatorState::models
-  // Largest number of trials for each question. In a comparison of models, exactly this number is run.
+  std::array<int, 2> models{0, 1};  // indices in OperatorState::models
+  // At most, per question; for models: exactly.
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus
 };
-/// A value with its 95 % confidence interval. An end of the interval that the answers do not determine is NaN.
+/// With 95 % interval; NaN where the answers do not determine it.
 struct FoundValue {
   double value = 0, low = 0, high = 0;
 };
 /// Result of a finished experiment.
 struct ExperimentFinding {
-  std::filesystem::path log, page;  // file with the trials, and HTML page with the result
+  std::filesystem::path log, page;  // trials, and HTML page
   std::string person;
   std::size_t question = 0;
   int trials = 0;
-  double right = 0;  // %, fraction of right answers; not used if models are compared
-  /// the result: the just-noticeable difference in % or ms; for a comparison of models instead the fraction of trials
-  /// in which the subject chose `models[1]`, in %
+  double right = 0;  // % right; not for models
+  /// just-noticeable difference, % or ms; for models: % of trials for `models[1]`
   FoundValue found;
-  std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// for a comparison of models: p-value; probability that random answers prefer one of the models at least as often as
-  /// the subject's answers do
+  std::array<std::string, 2> models;  // empty for other questions
+  /// models: p-value of the subject's preference
   double chance = 1;
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
 };
 
-/// Result of a finished session, as the result page shows it.
+/// Of a finished session.
 struct Outcome {
   WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // files of the session; empty if they do not exist
+  std::filesystem::path recording, report;  // empty: none
   session::Score score;
-  bool scored = false;  // true: the score is final; until then, no score is shown
-  // Picture of the final surface. If there is an ideal result, it shows the difference to the ideal. Empty if the
-  // surface is unknown.
+  bool scored = false;  // final; no score is shown before
+  // Final surface, with an ideal the difference to it. Empty if unknown.
   render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference to the ideal result
+  bool compared = false;  // the picture shows the difference to the ideal
   std::string failure;
 };
 
@@ -250,69 +244,69 @@ struct OperatorState {
   bool chinese = false;  // true: this computer has a font for Chinese
   bool first_run = false;
   bool help = false;    // true: the list of keys is shown
-  std::string message;  // text of the message line: an error or a hint
+  std::string message;  // error or hint of the message line
   bool message_is_error = false;
-  std::vector<Request> asked;        // requests that the pages have made in this frame
+  std::vector<Request> asked;        // in this frame
   std::vector<std::string> to_open;  // files and folders that the desktop should open
-  std::optional<Request> leaving;    // request that waits for the user's decision about unsaved work
+  std::optional<Request> leaving;    // waits for a decision about unsaved work
 
   // Data of the start page.
   std::vector<SceneChoice> scenes;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
   std::vector<std::string> models;  // names of the contact models
-  int model = -1;                   // index of the selected model in `models`; -1: the exercise's own model
+  int model = -1;                   // in `models`; -1: the exercise's own
   std::vector<std::string> monitors;
-  int scene_shown = -1;  // index of the scene to which the list of scenes was last scrolled
+  int scene_shown = -1;  // to which the list was last scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
   std::array<char, 256> address{};  // address of a hand that the user types
   std::array<char, 128> trainee{};
   bool record = true;
-  std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty if it allows it
-  /// true: the user accepts a device with motors although real-time scheduling is refused
+  std::string real_time_refused;  // why the system refuses it; empty: allowed
+  /// accepted although the device has motors
   bool no_real_time = false;
-  /// true: authoring mode, in which tissue is painted and the ideal result is set; such sessions are not recorded
+  /// painting tissue and setting the ideal; not recorded
   bool author = false;
   std::vector<gpu::Image> pictures;
 
   // Data of the session page.
   WorkbenchStatus status;
   session::Score score;
-  bool score_known = false;    // true: the result has been evaluated at least once
+  bool score_known = false;    // evaluated at least once
   bool score_current = false;  // true: the score includes the latest cuts
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // names of the session's tools
   StepWatcher steps;
-  bool painting = false;  // true while the button of the brush is pressed
+  bool painting = false;  // while the button is pressed
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
-  float paint_hardness = 1;  // 0..1, hardness that the next strokes of the brush give to the tissue
-  int step_shown = -1;       // index of the step to which the list of steps was last scrolled
+  float paint_hardness = 1;  // 0..1, of the next strokes
+  int step_shown = -1;       // to which the list was last scrolled
   SessionSettings settings;
   bool recording = false;
-  bool keep = false;          // true: the recording is kept at the session's end
-  bool own_view = false;      // true: this window shows a free viewpoint; false: it shows the trainee's picture
+  bool keep = false;          // the recording, at the end
+  bool own_view = false;      // free viewpoint; false: the trainee's picture
   bool trainee_seen = false;  // true: this window can show the trainee's picture
   bool own_possible = false;  // true: this window can show a free viewpoint
   Viewpoint viewpoint;
-  Look look;                  // settings of the picture in this window: view, colours, visible tissues
-  bool look_in_work = false;  // true: the program still computes parts of the picture with these settings
+  Look look;                  // view, colours, visible tissues in this window
+  bool look_in_work = false;  // parts of the picture are still computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
-  std::uint32_t tissues = 0;  // tissues that the scene contains, one bit for each
-  int look_changes = 0;       // number of changes of `look` since the session's start
-  /// authoring mode: factors by which the stiffness of each tissue is multiplied
+  std::uint32_t tissues = 0;  // of the scene, one bit each
+  int look_changes = 0;       // changes of `look` since the start
+  /// authoring: factors per tissue
   std::array<float, kTissueCount> stiffness{};
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring mode: sRGB colour of each tissue
   bool held = false;
-  /// values of the last seconds for the curves on the session page: force in N, and computing time of a tick in µs
+  /// last seconds: N, and µs per tick
   std::array<float, 240> forces{}, ticks_us{};
   int curve_at = 0;
-  const gpu::Image* live = nullptr;  // the trainee's picture, as the left eye sees it; null: there is no picture
+  const gpu::Image* live = nullptr;  // of the left eye; null: none
   glm::dmat2 live_upright{1.0};
-  bool live_is_own = false;        // true: this window draws the trainee's picture; false: another window draws it
-  glm::ivec2 live_size{640, 360};  // pixels, size of the area for the picture; the session page sets it
-  display::UserInput live_input;   // input of mouse and keys over the picture; the session page sets it
+  bool live_is_own = false;        // drawn by this window, not by another
+  glm::ivec2 live_size{640, 360};  // pixels, set by the session page
+  display::UserInput live_input;   // over the picture, set by the session page
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // ratio of the picture's width to its height
 
@@ -321,25 +315,25 @@ struct OperatorState {
   const gpu::Image* result_picture = nullptr;  // picture of the session's result, on the GPU
   ExerciseForm exercise;
 
-  // Data of the page of recorded sessions.
+  // Of the page of recorded sessions.
   std::vector<SessionEntry> sessions;
   int session = 0, mesh_format = 0;
   ImportForm import;
   std::string dropped;
 
-  // Data of the scan page. File, name and crown are in ImportForm.
+  // File, name and crown are in ImportForm.
   ScanForm scan;
   FuseForm fuse;
-  // Data of the page for planning an implant.
+  // Of the planning page.
   PlanForm plan;
-  // Data of the experiment page. Exercise, hand, picture and person are those of the start page.
+  // Exercise, hand, picture and person are the start page's.
   ExperimentForm experiment;
   std::optional<ExperimentFinding> experiment_found;
 
-  // Data of the page about this computer.
+  // Of the page about this computer.
   std::vector<DoctorFinding> findings;
 
-  // State of a long task that runs in the background.
+  // Of a long task in the background.
   bool busy = false;
   double busy_fraction = 0;
   std::string busy_what;
@@ -355,23 +349,23 @@ struct OperatorState {
     log::error("{}", message);
   }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
-  /// Returns a text of the catalogue, with its placeholders replaced by the arguments.
+  /// A text with its placeholders replaced.
   template <class... Args>
   std::string words(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);
   }
-  /// Returns the text of a shortcut with the key names of the language. For example, "Ctrl+Z" is "Strg+Z" in German.
+  /// With the language's key names: "Ctrl+Z" is "Strg+Z" in German.
   std::string keys(std::string name) const {
     for (const auto& [english, key] : {std::pair{"Ctrl", "op.control"}, std::pair{"Space", "op.space_bar"}})
       if (const std::size_t at = name.find(english); at != std::string::npos)
         name.replace(at, std::string_view(english).size(), text(key));
     return name;
   }
-  /// Formats a number with the decimal sign of the language.
+  /// With the language's decimal sign.
   std::string number(double value, int decimals) const { return session::number_text(value, decimals, language); }
 };
 
-// Functions that draw the pages. Call them between InterfaceWindow::begin() and end().
+// Between InterfaceWindow::begin() and end().
 void draw_start_page(OperatorState& s, InterfaceWindow& w);
 void draw_loading_page(OperatorState& s, InterfaceWindow& w);
 void draw_session_page(OperatorState& s, InterfaceWindow& w);
@@ -383,7 +377,7 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
-/// Asks the user about unsaved work while OperatorState::leaving contains a request.
+/// While OperatorState::leaving waits.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);
 
 }  // namespace typodont

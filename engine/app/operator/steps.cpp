@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// ns, contact time after which a step with the action "touch" is done
+// ns of contact, for "touch"
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-// m, length of the tool's path after which a step with the action "move" is done
+// m of the tool's path, for "move"
 constexpr double kMoved = 10 * kMillimetre;
-// m; a longer motion of the tool between two ticks is treated as an error of the input and is not counted
+// m between two ticks; more is an input error
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

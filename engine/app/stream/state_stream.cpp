@@ -32,13 +32,12 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, about 100 messages; if a message would increase the data that waits for a reader (program) to more than this,
-// the message is skipped
+// bytes, about 100 messages; a message that would exceed it is skipped for this reader
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer than this is disconnected
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a longer request disconnects
 constexpr std::size_t kMostReaders = 32;
 
-/// A network socket whose calls never block.
+/// Its calls never block.
 class Socket {
  public:
   Socket() = default;
@@ -89,7 +88,7 @@ Address read_address(const std::string& text) {
   return address;
 }
 
-/// Opens a socket that is connected to the address (UDP) or listens at the address (TCP).
+/// Connected (UDP) or listening (TCP).
 Socket open_socket(const Address& address, const std::string& text) {
   addrinfo hints{};
   hints.ai_socktype = address.osc ? SOCK_DGRAM : SOCK_STREAM;
@@ -108,20 +107,18 @@ Socket open_socket(const Address& address, const std::string& text) {
   return socket;
 }
 
-/// A program that is connected by WebSocket.
+/// A program at the WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;     // the reader's request, as far as it has arrived
-  std::string waiting;   // data that was not yet sent to the reader
+  std::string asked;     // request so far
+  std::string waiting;   // not yet sent
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // Since this time, the reader has made no progress: it has received no data, or its request has stayed incomplete.
-  // Empty while the reader makes progress.
+  // No progress since: nothing received, or request incomplete.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
 
-/// Returns true if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" is refused,
-/// because a frame in any web page can have it.
+/// scheme://host[:port] of this computer. "null" is refused: a frame in any web page can have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -168,8 +165,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // ns, time of the monotonic clock at which the session's time is zero
-  Nanos unix_zero = 0;  // ns since 1970, time at which the session's time is zero
+  Nanos zero = 0;       // ns, monotonic clock at session time zero
+  Nanos unix_zero = 0;  // ns since 1970, the same
   int port = 0;
 
   std::string hello() const {
@@ -197,7 +194,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are rare and important. So an event is skipped only if the waiting data would exceed twice kMostWaiting.
+  // Events are rare and important: twice kMostWaiting.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;
@@ -222,8 +219,7 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// Answers the WebSocket handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser names the page
-/// in the header Origin.
+/// RFC 6455, 4.2. Refuses web pages of other computers by the header Origin.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
@@ -260,10 +256,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// Reads the data that a reader sends after the handshake. It contains only control frames.
+/// Only control frames come after the handshake.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // largest number of reads per call, because a reader may send data without pause
+  constexpr int kMostReads = 16;  // per call; a reader may send without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -282,7 +278,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // The NTP time format counts from 1900, in units of 2^-32 s.
+  // NTP counts from 1900, in 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -292,7 +288,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // The message is lost if no program listens or if the system's buffer is full.
+    // lost if nobody listens or the buffer is full
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

@@ -1,5 +1,4 @@
-// Publishes the state of a live session to other programs (displays, LSL bridges, data loggers) over OSC, and as JSON
-// over WebSocket. docs/doors/stream.md describes the format.
+// A live session's state for other programs, by OSC, and as JSON over WebSocket (docs/doors/stream.md).
 #pragma once
 
 #include <cstdint>
@@ -12,43 +11,41 @@
 
 namespace typodont {
 
-/// Data about the session that every reader receives once.
+/// Sent once to every reader.
 struct StreamedSession {
   std::string scene;               // name of the scene
-  std::vector<std::string> tools;  // names of the tools; ServoTick::tool is an index in this list
+  std::vector<std::string> tools;  // ServoTick::tool is an index
   double servo_rate = 1000;        // Hz, rate of the servo
 };
 
-/// Sends messages to all readers. All functions are called by one thread, which must not be the servo thread. No
-/// function blocks; therefore a reader that is too slow loses messages. A reader is disconnected if, for the time
-/// kPatience, it reads no data or does not complete its request.
+/// One thread calls all, not the servo's. Nothing blocks, so slow readers lose messages; after kPatience without
+/// reading or completing a request they are disconnected.
 class StateStream {
  public:
-  /// `addresses`: "osc:PORT" or "osc:HOST:PORT", to which messages are sent; "ws:PORT" or "ws:HOST:PORT", to which
-  /// readers connect. The default host is this computer (127.0.0.1). Throws Error if an address is invalid or its port
-  /// is in use.
+  /// "osc:PORT", "osc:HOST:PORT": sent to; "ws:PORT", "ws:HOST:PORT": readers connect. Default host 127.0.0.1. Throws
+  /// Error if invalid or in use.
   StateStream(const std::vector<std::string>& addresses, StreamedSession session);
   ~StateStream();
   StateStream(const StateStream&) = delete;
   StateStream& operator=(const StateStream&) = delete;
 
-  /// Sets the start of the session. `zero`: ns, time of the system's monotonic clock; later times are relative to it.
+  /// `zero`: ns, monotonic clock, to which later times are relative.
   void begin(Nanos zero);
-  /// Publishes the latest tick. `lost`: number of ticks that the stream has not received so far.
+  /// `lost`: ticks that the stream did not receive.
   void state(const ServoTick& tick, std::uint64_t lost);
-  /// Publishes an event. `kind`: for example "tool", "fault" or "end".
+  /// `kind`: for example "tool", "fault", "end".
   void event(Nanos t, const std::string& kind, const std::string& text);
-  /// Accepts readers, answers their requests, and sends waiting data. Call it every few milliseconds.
+  /// Accepts and answers readers, sends waiting data. Every few milliseconds.
   void turn();
 
   struct Counts {
-    std::uint64_t readers = 0;  // number of readers that are now connected by WebSocket
-    std::uint64_t sent = 0;     // number of messages that were passed to the operating system
-    std::uint64_t skipped = 0;  // number of messages that were not sent to slow readers
-    std::uint64_t cut_off = 0;  // number of readers that were disconnected because they did not read
+    std::uint64_t readers = 0;  // connected now
+    std::uint64_t sent = 0;     // given to the operating system
+    std::uint64_t skipped = 0;  // not sent to slow readers
+    std::uint64_t cut_off = 0;  // disconnected, not reading
   };
   Counts counts() const;
-  /// Returns the port of the first WebSocket address; 0 if there is none. For "ws:0" the system has chosen the port.
+  /// Of the first WebSocket address, as the system chose it for "ws:0"; 0: none.
   int port() const;
 
   static constexpr Nanos kPatience = 5 * kNanosPerSecond;

@@ -12,19 +12,16 @@ namespace typodont {
 
 namespace {
 
-// cosine of an angle; if the angle between a surface's normal and the preparation's axis has a larger cosine, the
-// surface counts as a chewing surface
+// cosine between normal and axis, from which a surface is a chewing surface
 constexpr double kOcclusal = 0.5;
-// m, cell size of the grid on which the tooth's outline at the margin (edge of the preparation) is computed
+// m, of the grid for the outline at the margin
 constexpr double kCell = 0.1e-3;
-// voxels, distance between the samples from which a normal is computed; with a smaller distance, the normals would
-// follow the CT's noise
+// voxels; shorter, normals would follow the CT's noise
 constexpr double kNormalReach = 2;
-// voxels; at points that are nearer to a surface than this, the distance to the surface is exact
+// voxels, within which distances are exact
 constexpr double kExactBand = 3;
 
-/// The outline of the tooth in the plane at the height of the margin (edge of the preparation), and the signed distance
-/// from this outline.
+/// Of the tooth at the margin's height, with signed distance.
 class Outline {
  public:
   Outline(const DenseCopy& copy, const session::DenseField& tooth, const glm::dmat3& axes, double height) {
@@ -52,7 +49,7 @@ class Outline {
     }
   }
   bool empty() const { return points_.empty(); }
-  /// Returns the distance (m) of a point in the plane from the outline, negative inside.
+  /// m in the plane, negative inside.
   double distance(const glm::dvec2& q) const {
     double square = 1e18;  // m²
     for (const glm::dvec2& p : points_) square = std::min(square, glm::dot(p - q, p - q));
@@ -64,19 +61,18 @@ class Outline {
   std::function<double(const glm::dvec2&)> inside_;
 };
 
-/// Returns an orthonormal basis (columns u, v, w) whose axis w is `axis`.
+/// Columns u, v, w; w is `axis`.
 glm::dmat3 basis(const dvec3& axis) {
   const dvec3 least = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 v = glm::normalize(glm::cross(axis, least));
   return {glm::cross(v, axis), v, axis};
 }
 
-/// Returns the distance (m) of a point from the region that the centre of the bur's round end may enter. The region
-/// lies outside the wall and above the chamfer (rounded step at the margin). `aside`: m, distance of the point from the
-/// tooth's outline at the margin; `height`: m along the preparation's axis.
+/// m from where the centre of the bur's round end may be: outside the wall, above the chamfer. `aside`: m from the
+/// outline at the margin; `height`: m along the axis.
 double from_centers(const CrownReduction& crown, double aside, double height) {
   const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
-  // m, distance of the point from the wall of the preparation
+  // m from the wall
   const double wall = (aside + crown.chamfer + (height - crown.margin_height) * std::tan(lean)) * std::cos(lean);
   const double inside = std::max(0.0, crown.chamfer_radius - wall), below = std::max(0.0, bottom - height);
   if (height + inside * std::sin(lean) >= bottom) return inside;
@@ -84,9 +80,8 @@ double from_centers(const CrownReduction& crown, double aside, double height) {
   return aside < corner ? std::hypot(aside - corner, below) : below;
 }
 
-/// Marks the tissue that must be removed to the depth `depth` (m) below a part of the tooth's surface. This part
-/// consists of the points for which wanted(point in W, normal) returns true. In `gone` (m), each voxel gets the largest
-/// value of `depth` minus its distance to such a point.
+/// Tissue within `depth` (m) below the surface points with wanted(point in W, normal). `gone` (m): largest depth minus
+/// distance, per voxel.
 template <class Wanted>
 void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, double depth, const Wanted& wanted,
                   std::vector<float>& gone) {
@@ -118,7 +113,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
     gone[i] = std::max(gone[i], static_cast<float>(depth - h * std::sqrt(nearest[i])));
 }
 
-/// Moves the surface of the field by `by` voxels; positive: out of the tissue, so that the tissue grows.
+/// By `by` voxels; positive: the tissue grows.
 session::DenseField moved(session::DenseField field, double by) {
   for (float& d : field.distance) d -= static_cast<float>(by);
   return session::redistanced(field);
@@ -146,8 +141,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // Above the chamfer (rounded step at the margin), the preparation removes at least the chamfer's depth from the
-  // tooth's surface. Below the chewing surface, it removes at least the occlusal reduction.
+  // At least the chamfer's depth above the chamfer, and the occlusal reduction below the chewing surface.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;
@@ -170,7 +164,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
       }
     }
   }
-  // Rounds the edges: the surface is moved inwards by the radius of the edges, and then outwards by the same distance.
+  // Edges are rounded: inwards by their radius, then outwards.
   const double radius = crown.edge_radius / h;
   if (radius > 0) kept = moved(moved(session::redistanced(kept), -radius), radius);
   for (std::size_t i = 0; i < gone.size(); ++i)

@@ -1,4 +1,4 @@
-// The ideal result of a crown preparation, which is computed from the tooth's own surface.
+// A crown preparation's ideal, computed from the tooth's surface.
 #pragma once
 
 #include "engine/app/tissue/tissue_edit.h"
@@ -6,22 +6,21 @@
 
 namespace typodont {
 
-/// Dimensions of a crown preparation, m.
+/// m.
 struct CrownReduction {
-  double margin_height = 0;   // lowest height of the chamfer (rounded step) along the preparation's axis
-  double chamfer = 0;         // depth of the chamfer (rounded step) below the tooth's outline; least depth of the walls
-  double chamfer_radius = 0;  // radius of the chamfer's section: the radius of the bur's round end
-  double taper = 0;           // rad, total occlusal convergence: twice the angle between a wall and the axis
-  double occlusal = 0;        // depth of the preparation below the uncut occlusal surface
+  double margin_height = 0;   // of the chamfer, along the axis
+  double chamfer = 0;         // below the outline; least depth of the walls
+  double chamfer_radius = 0;  // of the section: the bur's round end
+  double taper = 0;           // rad, total: twice the angle of wall and axis
+  double occlusal = 0;        // below the uncut surface
   double edge_radius = 0;     // radius of the rounded edges between the surfaces
 };
 
-/// Reads the JSON object `crown` of an ideal result. Throws Error.
+/// Object `crown` of an ideal. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
-/// Changes the tissue to the preparation. `axis_W`: unit vector that points out of the tooth, parallel to the path on
-/// which the crown is put on. The chewing surface moves inwards by the same depth everywhere, so the preparation
-/// follows its cusps and hollows. The walls follow the outline of the tooth at the margin and lean inwards.
+/// `axis_W`: unit vector out of the tooth, the crown's path. The chewing surface moves in by the same depth everywhere;
+/// walls follow the outline at the margin and lean inwards.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont

@@ -9,10 +9,10 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;  // m, side of the cubic cells with which the damaged volume is measured
-// m, the damage is evaluated again when some point of the tool's head has moved by this distance
+constexpr double kCell = 0.1e-3;  // m, cells that measure the volume
+// m of the head's motion between evaluations
 constexpr double kMoved = 0.01e-3;
-// m, tolerance: a tool's head that enters a tooth or the gum by less than this does no damage
+// m, depth without damage
 constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {
@@ -54,7 +54,7 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-          // the gum overlaps the tooth, so points of the bur inside the tooth do not count as damage to the gum
+          // The gum overlaps the tooth; points inside the tooth damage no gum.
         } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
           gum_.insert(cell_of(p_W));
         }

@@ -1,7 +1,5 @@
-// Measures the damage that a bur does to the neighbouring teeth and the gum, which are not part of the haptic field.
-// The damage is computed from the ticks: the head of the drawn tool, if it rotates, is moved through the distance
-// fields of the surroundings. A recording gives the same result. If a scene has no surroundings, this takes no time. If
-// the tool is far from them, it takes two distance queries per tick.
+// Damage to neighbouring teeth and gum, which are not in the haptic field: the rotating head is moved through their
+// distance fields. A recording gives the same. Far away it costs two queries per tick.
 #pragma once
 
 #include <memory>
@@ -17,10 +15,10 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. For one thread only.
+/// Every tick in order, in groups of any size. One thread only.
 class DamageMeter {
  public:
-  /// `tools`: the tools of the session; ServoTick::tool is an index in this list.
+  /// ServoTick::tool is an index in `tools`.
   DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools);
   void add(std::span<const ServoTick> ticks);
   session::DamageMeasures result() const;
@@ -28,21 +26,21 @@ class DamageMeter {
  private:
   struct Head {
     bool turns = false;
-    double reach = 0;  // m, distance from the head's centre to its farthest point
+    double reach = 0;  // m, from the head's centre to its farthest point
     haptics::HeadField field;
   };
   void sweep(const ServoTick& tick, const Head& head);
 
   SurroundingsShape shape_;
   std::vector<Head> heads_;
-  std::unordered_set<std::uint64_t> neighbour_, gum_;  // keys of the cells that the bur has entered
-  std::optional<Pose> last_;                           // pose of the tool's head at the last evaluation
+  std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells that the bur has entered
+  std::optional<Pose> last_;                           // of the head, at the last evaluation
   std::uint32_t last_tool_ = 0;
   double first_ = -1;
 };
 
 struct Scene;
-/// Makes the damage meter of a scene. Empty if the scene has neither neighbouring teeth nor gum. Throws Error.
+/// Empty without neighbours and gum. Throws Error.
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 
 }  // namespace typodont

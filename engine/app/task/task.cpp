@@ -20,10 +20,9 @@ namespace typodont {
 
 namespace {
 
-// m, scores are computed in the changed region and in a margin of this width around it
+// m around the changed region
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
-// voxels; at a voxel, the distances to the surfaces of two tissues are compared; if they differ by less than this, the
-// tissues count as equal there
+// voxels; closer surfaces of two tissues count as equal
 constexpr float kChanged = 0.02f;
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
@@ -32,15 +31,14 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
   return solids;
 }
 
-/// Computes a smooth distance, in voxels, to the surface of the region whose voxels have one of these labels. It uses
-/// the fraction of labelled voxels among 3×3×3 neighbours, so that the surface has no steps.
+/// Voxels from the surface of the labelled region, smooth: by the fraction of labelled voxels among 3×3×3.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
   for (std::size_t i = 0; i < marked.size(); ++i) {
     marked[i] = std::find(wanted.begin(), wanted.end(), copy.tissue[i]) != wanted.end() ? 1.0f : 0.0f;
   }
-  // Applies a box filter of width three along each axis.
+  // Width three along each axis.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> blurred(marked.size());
     for (int x = 0; x < n.x; ++x) {
@@ -58,17 +56,14 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // Converts the fractions to distances in voxels. At the surface, the fraction changes by about 1/3 per voxel. The
-  // surface is moved outwards by 0.4 voxels, so that it encloses the corners of the labelled voxels. Where the fraction
-  // is 0 or 1, the distance is unknown and gets the value ± kFar (voxels). This value is so large that redistanced()
-  // replaces it by the true distance.
+  // The fraction changes by about 1/3 per voxel. Moved out by 0.4 voxels to enclose the corners. Fractions 0 and 1
+  // become ± kFar, which redistanced() replaces.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
-/// Replaces the distances in `at` by those of the volume `other` at the same points, and the labels where `other` has a
-/// label.
+/// Distances, and labels where `other` has them, at the same points.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
@@ -87,8 +82,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Sets the ideal result to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be
-/// removed.
+/// The ideal is a closed mesh's inside; tissue more than a voxel outside goes.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -183,7 +177,7 @@ session::Preparation cropped(const session::Preparation& in) {
   return out;
 }
 
-/// Marks the voxels that lie inside at least one of the solids.
+/// Inside at least one solid.
 std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& solids, const DenseCopy& copy) {
   std::vector<bool> result;
   if (solids.empty()) return result;
@@ -215,7 +209,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
-    // Here the ideal result is the final tissue of a recorded session.
+    // Final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
@@ -249,7 +243,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
-  // Finds a box that contains the initial, the final and the ideal tissue.
+  // Around initial, final and ideal tissue.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -266,7 +260,7 @@ session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& aft
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // All volumes have aligned voxel grids, but their origins differ.
+  // The grids are aligned, the origins differ.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };
@@ -303,8 +297,7 @@ std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
 
 namespace {
 
-/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the full hardness of their
-/// tissue.
+/// Mean of each removed tissue. Empty: full hardness everywhere.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
   const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
@@ -348,26 +341,26 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // the volumes are computed, because those in the file could be wrong
+  input.before = start.volumes();  // those in the file could be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
   }
   if (scene.implant) {
     session::ImplantMeter meter(*scene.implant);
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter.add(session.ticks(first, kPieceTicks));
     input.implant = meter.result();
     measure_bed(*scene.implant, after, *input.implant);
   }
   if (auto meter = damage_meter(scene)) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();

@@ -1,4 +1,4 @@
-// The task of a scene: builds the initial and the ideal tissue, and evaluates a result by comparison with the ideal.
+// Initial and ideal tissue of a scene's task, and the comparison of a result with them.
 #pragma once
 
 #include <memory>
@@ -15,26 +15,24 @@
 
 namespace typodont {
 
-/// Builds the ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
+/// Empty without an ideal. `start`: of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Evaluates results for one scene. The object copies its arguments. Only one thread at a time may use it.
+/// Copies its arguments. One thread at a time.
 class TaskEvaluator {
  public:
-  /// Builds the ideal result. Throws Error if it cannot be built.
+  /// Throws Error without a valid ideal.
   TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Compares `after` with the ideal result. Adds the measured values to `input`, and returns the compared tissues
-  /// (empty for an exploration task). Takes about a second for a tooth, and less if the last result changed the same
-  /// region.
+  /// Measures go to `input`; returns the compared tissues, empty for an exploration. About a second for a tooth, less
+  /// in the same region again.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
-  /// Copies initial, final and ideal tissue to a common voxel grid. The grid covers the region that was changed or
-  /// should have been changed.
+  /// Initial, final and ideal tissue on a common grid around what changed or should have.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// Makes the meter of an exploration task. Pass all ticks to it, because its result is part of the score's input.
+  /// Needs all ticks; it is part of the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -42,7 +40,7 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
-  /// What the measures of the last result share with a result in the same box of voxels.
+  /// Shared with a result in the same box.
   struct Reference {
     dvec3 origin;  // frame W, m, of the box
     glm::ivec3 size;
@@ -51,19 +49,17 @@ class TaskEvaluator {
   mutable std::optional<Reference> reference_;
 };
 
-/// Data about the hand after a session. The score is computed from these data and the tissue. A recording is not
-/// needed.
+/// With the tissue, enough for the score without a recording.
 struct FinishedHand {
   session::ScoreInput input;  // measured values of the hand, and the damage
   std::optional<session::ExploreMeter> explore;
-  std::vector<ServoTick> unexplored;  // ticks of an exploration task that are not yet evaluated
+  std::vector<ServoTick> unexplored;  // of an exploration, not yet evaluated
 };
-/// Computes only the score of a finished session, not the other data of a report. The result equals that of
-/// evaluate_session() for the session's recording. Takes a second or more. Throws Error if the scene's tissue or its
-/// ideal result cannot be built.
+/// The same score as evaluate_session() of the recording. A second or more. Throws Error if tissue or ideal cannot be
+/// built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
-/// A recorded session with its score, and with its tissue, which is rebuilt from the recorded cuts.
+/// With its score, and the tissue rebuilt from the cuts.
 struct EvaluatedSession {
   Scene scene;
   haptics::TissueVolume start, after;
@@ -72,10 +68,9 @@ struct EvaluatedSession {
   session::ScoreInput input;
   session::Score score;
 };
-/// Rebuilds the tissue of the session and computes its score. Throws Error if the tissue is missing or has changed.
+/// Throws Error if the tissue is missing or has changed.
 EvaluatedSession evaluate_session(const session::SessionReader& session);
-/// Does the same as evaluate_session() above, but with the score rules of `scene`. Except for the rules, `scene` must
-/// equal the session's scene (see scene_with).
+/// By the rules of `scene`, which otherwise equals the session's (scene_with).
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

@@ -17,15 +17,13 @@ namespace typodont {
 
 namespace {
 
-// m, width of the zone below the shell in which the grey value changes from cortical (dense) to cancellous (spongy)
-// bone
+// m below the shell, from cortical to cancellous grey value
 constexpr double kEndosteum = 0.5e-3;
-// m, distance between the grid points that have random grey values; several times the distance between trabeculae
-// (struts of spongy bone)
+// m between random grey values; several trabecular distances
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
-/// Returns a pseudo-random number from -1 to 1 for a grid point (splitmix64).
+/// −1 to 1 per grid point (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
   std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +
@@ -37,7 +35,7 @@ double lattice(std::uint64_t seed, const glm::ivec3& at) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
-/// Returns smooth noise from -1 to 1, interpolated between the random numbers of grid points.
+/// −1 to 1, interpolated.
 double noise(std::uint64_t seed, const dvec3& p) {
   const glm::ivec3 at(glm::floor(p));
   dvec3 f = p - dvec3(at);
@@ -50,16 +48,16 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// The parameters of the JSON object "bone", except the mesh.
+/// Of the object "bone", without the mesh.
 struct Bone {
   double voxel = 0, band = 0;
   dvec3 lo{0}, hi{0};  // m, frame W, bounds of the sampled box
-  Pose X_MW;           // transformation from frame W of the scene to frame M of the mesh
+  Pose X_MW;           // W of the scene to M of the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // largest variation of the grey value in cancellous (spongy) bone, divided by its mean
+  double variation = 0;  // of cancellous bone, largest, relative to its mean
   std::uint64_t seed = 1;
-  double canal_wall = 0;  // m, thickness of the cortical (dense) bone around the nerve canal
+  double canal_wall = 0;  // m, cortical bone around the canal
   NerveCanal canal;
 };
 
@@ -82,7 +80,7 @@ Bone read(const Json& json) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                            fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
   }
-  // In the scene, the y axis points to the tongue and the z axis points up.
+  // In the scene, y points to the tongue, z up.
   dvec3 y = json["lingual"].vec3();
   y.z = 0;
   if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
@@ -174,19 +172,18 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   dense.distance.resize(count);
   dense.tissue.assign(count, Tissue::kAir);
   dense.hardness.assign(count, haptics::kOwnHardness);
-  // Returns the distance to the jaw without the removed solids. `to_jaw`: the distance to the jaw at p_W.
+  // The jaw without removed solids. `to_jaw`: distance at p_W.
   const auto at = [&](const dvec3& p_W, double to_jaw) {
     double outer = to_jaw;
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // Blocks of voxels that are far outside the jaw are skipped. One distance per block is sufficient for this decision:
-  // the distances of two points to the jaw differ by at most the distance between the points.
+  // Far blocks are skipped by one distance each: it changes by at most the way between two points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
-    // The mesh of the jaw may be larger than the sampled box. The bone is cut off inside the faces of this box.
+    // The mesh may be larger than the box; bone ends inside its faces.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
@@ -198,8 +195,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // Below the shell, the grey value falls from the value of cortical (dense) bone to that of cancellous (spongy) bone
-    // over the width kEndosteum.
+    // From cortical to cancellous over kEndosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

@@ -1,5 +1,4 @@
-// Draws a tissue in the normal view as if it were another tissue. A scene uses this to hide a lesion (material key
-// "looks_like").
+// A tissue drawn as another one, to hide a lesion (material key "looks_like").
 #pragma once
 
 #include <array>
@@ -9,7 +8,7 @@
 
 namespace typodont {
 
-/// For each tissue, states which tissue's look it gets in pictures. By default, each tissue looks like itself.
+/// By default, each tissue looks like itself.
 class DrawnAs {
  public:
   DrawnAs() {
@@ -17,7 +16,7 @@ class DrawnAs {
   }
   void set(Tissue tissue, Tissue as) { as_[static_cast<std::size_t>(tissue)] = as; }
   Tissue operator()(Tissue tissue) const { return as_[static_cast<std::size_t>(tissue)]; }
-  /// Replaces each label by the label of the tissue whose look it gets in pictures.
+  /// Labels by the look.
   template <class Labels>
   void apply(Labels& labels) const {
     if (*this == DrawnAs()) return;

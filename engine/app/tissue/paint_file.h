@@ -17,24 +17,22 @@
 
 namespace typodont {
 
-/// A brush stroke. All tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
+/// All tissue within `radius` of the line a–b. m, W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // factor by which the tissue's own stiffness is multiplied; below 1: softer
-  double hardness = 1;          // 0..1, hardness of the painted tissue; 1: its full hardness
+  double stiffness_factor = 1;  // on the tissue's own; below 1: softer
+  double hardness = 1;          // 0..1; 1: the tissue's full hardness
 };
 
-/// Reads the strokes from a file. Throws Error.
+/// Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// Applies the strokes in order, so a later stroke covers an earlier one. Returns false if no stroke touched tissue.
+/// In order: later strokes cover earlier ones. False: no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// Returns the factor by which a tissue's own stiffness is multiplied in the whole volume: the mean of
-/// PaintStroke::stiffness_factor over all strokes that painted this tissue, weighted by the strokes' volumes. 1 if no
-/// stroke painted it.
+/// For the whole volume: mean over the tissue's strokes by their volumes; 1 without strokes.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

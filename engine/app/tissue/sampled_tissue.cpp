@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ns; if sampling of solids without a mesh takes less time than this, the result is not cached
+// ns; faster solids are not cached
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the total size of the cached files
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes of all cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -28,16 +28,16 @@ struct Close {
 };
 using File = std::unique_ptr<gzFile_s, Close>;
 
-/// Header of a cached file: all data except the voxels.
+/// All but the voxels.
 struct Head {
   VoxelFrame frame;
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // true: hardness values are stored after the tissue labels
+  bool graded = false;  // hardness follows the labels
 };
 
-/// Calls zlib several times for pieces of the data, because zlib states sizes as int. Returns false after a failure.
+/// zlib states sizes as int. False: it failed.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;
@@ -60,10 +60,9 @@ bool get(gzFile file, T* data, std::size_t count) {
                    [&](char* p, unsigned n) { return gzread(file, p, n); });
 }
 
-/// Writes the tissue to the cache file `path`. Throws Error.
+/// Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  // The lowest compression level is sufficient. Most values are equal, so a higher level would take longer and save
-  // little.
+  // Most values are equal: higher levels take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
@@ -75,7 +74,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// Reads the tissue from the cache file `path`. Returns false if the file does not contain a complete tissue.
+/// False: not a complete tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
@@ -101,7 +100,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Computes the key of a tissue in the cache. Empty if a file cannot be read; sampling will report this error.
+/// Empty if a file is unreadable; sampling reports that.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_build(key);

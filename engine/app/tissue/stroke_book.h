@@ -1,5 +1,4 @@
-// Stores for each stroke the volume that it removed, and the strokes of the brush. After an undo, the removed volumes
-// that a session shows are computed again from the remaining strokes. For the thread that owns the tissue.
+// What each stroke removed or painted, for the sums after an undo. The tissue's thread only.
 #pragma once
 
 #include <vector>
@@ -10,12 +9,12 @@
 
 namespace typodont {
 
-/// State of the tissue, as a session shows it.
+/// As a session shows it.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // number of undos and of redos since the session's start
-  PerTissue removed{};                   // m³, volume that the strokes removed; undone strokes are not included
-  std::size_t painted = 0;               // number of brush strokes; undone strokes are not included
+  std::uint32_t undone = 0, redone = 0;  // since the start
+  PerTissue removed{};                   // m³, without undone strokes
+  std::size_t painted = 0;               // brush strokes, without undone ones
   std::uint64_t version = 0;             // number that increases whenever the tissue changes
 };
 
@@ -23,7 +22,7 @@ class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Adds the volume of a cut to the entry of its stroke. `strokes`: number of strokes in the tissue after the cut.
+  // `strokes`: after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -35,7 +34,7 @@ class StrokeHistory {
     ++state_.painted;
     ++state_.version;
   }
-  /// Updates the state after the undo or redo of a stroke.
+  /// After an undo or redo.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
@@ -53,7 +52,7 @@ class StrokeHistory {
     state.strokes = strokes;
     return state;
   }
-  /// Returns the brush strokes in order, without undone strokes.
+  /// In order, without undone ones.
   std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
     for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)
@@ -66,8 +65,7 @@ class StrokeHistory {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// Returns the entry of the present stroke. A new stroke makes redo impossible, so the entries of undone strokes are
-  /// removed.
+  /// A new stroke ends redo: entries of undone strokes go.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();
