@@ -1,4 +1,4 @@
-// Encodes bytes as text in base64 (RFC 4648, section 4).
+// Base64 (RFC 4648, section 4).
 #pragma once
 
 #include <cstdint>

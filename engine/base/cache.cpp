@@ -34,14 +34,14 @@ fs::path folder(const std::string& name) {
 
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
-  // only regular files, because reading a device may never end
+  // regular files only: reading a device may never end
   if (!fs::is_regular_file(file, code)) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
-  // The steps of FNV-1a, but for words of eight bytes, because every start of the program checks some ten megabytes.
-  // The shift mixes the word's upper bits into all later bits, which the multiplication alone does not do.
+  // FNV-1a on words of eight bytes: every start checks some ten megabytes. The shift brings upper bits into later ones,
+  // which multiplication alone does not.
   Fnv1a hash;
-  std::array<char, 1 << 16> piece;  // on the stack, because most files of a driver's cache are small
+  std::array<char, 1 << 16> piece;  // on the stack: most files of a driver's cache are small
   while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0) {
     const auto size = static_cast<std::size_t>(in.gcount());
     std::size_t at = 0;
@@ -75,7 +75,7 @@ bool add_file(Fnv1a& key, const fs::path& file) {
 
 namespace {
 
-/// Returns the file name KEY-CONTENT.suffix. CONTENT is the hash of the file's content, with which damage is detected.
+/// KEY-CONTENT.suffix; CONTENT is the content's hash, which shows damage.
 std::string name_of(std::uint64_t key, std::uint64_t content, const std::string& suffix) {
   return fmt::format("{:016x}-{:016x}{}", key, content, suffix);
 }
@@ -114,7 +114,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
     if (!name.starts_with(begins) || !name.ends_with(suffix)) continue;
     const auto content = hash_of(file);
     if (content && name == name_of(key, *content, suffix)) {
-      // The modification time serves as the time of last use. keep() removes the least recently used files.
+      // Time of last use. keep() removes the least recently used.
       fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }

@@ -1,12 +1,11 @@
-// Checks of conditions that can be false only because of a programming error. (For mistakes of the user, use Error.) A
-// failed check prints the source line and the condition, then ends the process. Before the process ends, a handler that
-// the servo has installed sends zero force.
+// For conditions that only a programming error violates; for users' mistakes, see Error. A failure prints line and
+// condition, calls the servo's handler, which sends zero force, and ends the process.
 #pragma once
 
 namespace typodont {
 
 using CheckHandler = void (*)() noexcept;
-/// Sets the function that a failed check calls before the process ends. Not thread-safe; call before the servo starts.
+/// Called before the process ends. Not thread-safe; before the servo starts.
 void set_check_handler(CheckHandler handler) noexcept;
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line) noexcept;

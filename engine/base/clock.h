@@ -1,4 +1,4 @@
-// The monotonic clock that the whole program uses.
+// The whole program's monotonic clock.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,10 @@ using Nanos = std::int64_t;  // a time in ns since an arbitrary start
 
 inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 
-/// Returns the present time (ns) of the system clock CLOCK_MONOTONIC. Any thread.
+/// ns of CLOCK_MONOTONIC. Any thread.
 Nanos now() noexcept;
 
-/// Returns the CPU time (ns) that the calling thread has used so far. Unlike elapsed time, it does not depend on the
-/// load of the machine.
+/// ns of CPU time of the calling thread, which does not depend on the machine's load.
 Nanos thread_cpu_time() noexcept;
 
 constexpr double to_seconds(Nanos t) {

@@ -6,11 +6,10 @@ namespace typodont {
 
 namespace {
 
-// bytes, largest length of one part of a message. A longer part (usually text quoted from the input) is shortened.
+// bytes of one part of a message; longer ones, usually quoted input, are shortened
 constexpr std::size_t kLongest = 240;
 
-/// Returns the part as it is shown in a message. The text is shortened to kLongest bytes between two UTF-8 characters.
-/// Control characters are removed, because a terminal would execute them.
+/// Shortened between two characters, without control characters, which a terminal would execute.
 std::string shown(std::string_view part) {
   std::string text(part);
   if (text.size() > kLongest) {

@@ -51,7 +51,7 @@ bool is_json(std::string_view head) {
   return text.starts_with("{") || text.starts_with("[");
 }
 
-/// Returns true if the bytes are not a PDF and contain no control character that occurs only in binary files.
+/// No PDF, and no control characters of binary files.
 bool is_text(std::string_view head) {
   if (head.starts_with("%PDF-")) return false;
   return std::none_of(head.begin(), head.end(), [](char c) {
@@ -60,14 +60,13 @@ bool is_text(std::string_view head) {
   });
 }
 
-/// Returns true for text that is neither JSON, nor a web page, nor a mesh.
+/// And neither JSON, nor a web page, nor a mesh.
 bool is_plain_text(std::string_view head) {
   return is_text(head) && !is_json(head) && !without_space(head).starts_with("<") && !head.starts_with("ply") &&
          !head.starts_with("solid");
 }
 
-/// Returns true for a DICOM file that contains a segmentation (SOP class UID Segmentation Storage). Only such a DICOM
-/// file may be overwritten, not the images of a scan.
+/// SOP class UID Segmentation Storage: the only DICOM file that may be overwritten, unlike a scan's images.
 bool is_dicom_segmentation(std::string_view head) {
   constexpr std::size_t kMagic = 128, kMeta = 400;  // kMagic: offset of "DICM"; kMeta: bytes searched for the class UID
   return head.size() > kMagic + 4 && head.substr(kMagic, 4) == "DICM" &&
@@ -109,8 +108,7 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
       return head.starts_with("solid") || size == 84 + std::uintmax_t{50} * triangles;
     }
     case FileKind::kObj:
-      // OBJ or glTF. Such a glTF file is binary, or JSON that begins with the required key "asset", as this program
-      // writes it.
+      // OBJ, or glTF: binary, or JSON that begins with "asset", as this program writes it
       return is_plain_text(head) || head.starts_with("glTF") ||
              (is_json(head) && without_space(without_space(head).substr(1)).starts_with("\"asset\""));
     case FileKind::kDocument:

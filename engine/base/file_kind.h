@@ -1,5 +1,4 @@
-// The kinds of file that the program recognises. A kind is recognised by the file name's extension and by the first
-// bytes of the file.
+// Kinds of file, recognised by extension and first bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +12,7 @@ namespace typodont {
 
 enum class FileKind {
   kText,   // plain text of no known format
-  kCache,  // a cache file of this program, which may replace a file of any kind
+  kCache,  // of this program's cache; may replace any kind
   kSession,
   kVolume,
   kPicture,
@@ -28,21 +27,19 @@ enum class FileKind {
   kStl,
   kObj,
   kDocument,  // a PDF document
-  kLabels     // a volume with a tissue number for each voxel
+  kLabels     // a tissue number per voxel
 };
 
-/// Returns the name of a kind of file in messages, for example "a session (.h5)".
+/// For messages, for example "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
-/// File name extensions of a kind, in lower case and with the dot. kText has none.
+/// In lower case with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// Returns the kind among `kinds` that has the extension of this file name (in upper or lower case). Returns kText if
-/// none of them has it.
+/// By the extension in any case; kText if none of `kinds` has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
-/// Returns the kind among all kinds that has the extension of this file name, or kText if none of them has it.
+/// Among all kinds.
 FileKind kind_of_name(const std::filesystem::path& file);
 
-/// Returns true if a file of this kind may replace an existing file. The existing file must be empty or of the same
-/// kind. `head`: first bytes of the existing file (up to 4 KiB). `size`: its size in bytes.
+/// Over an empty file or one of the same kind. `head`: its first bytes, up to 4 KiB; `size`: bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

@@ -1,5 +1,4 @@
-// A hash that shows whether two files, forces or fields have the same bits. It does not protect against deliberate
-// changes.
+// Shows whether files, forces or fields have the same bits. No protection against deliberate change.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +7,7 @@
 
 namespace typodont {
 
-/// Computes the FNV-1a hash of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
+/// FNV-1a, 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
 struct Fnv1a {
   std::uint64_t value = 0xcbf29ce484222325u;
   void bytes(const void* data, std::size_t size) noexcept {

@@ -25,7 +25,7 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  // Sets the limit to `most`. If the limit is already smaller, it is not changed.
+  // A smaller limit stays.
   const auto lower = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);
@@ -35,12 +35,12 @@ void limit_process(const ProcessLimits& limits) {
   lower(RLIMIT_CORE, 0);
   lower(RLIMIT_CPU, limits.seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  // A sanitizer build sets no limit, because the sanitizer reserves more address space than any limit allows.
+  // A sanitizer reserves more address space than any limit.
 #else
   lower(RLIMIT_AS, limits.memory);
 #endif
   lower(RLIMIT_FSIZE, limits.longest_file);
-  alarm(static_cast<unsigned>(limits.seconds));  // ends the process after this time even if it sleeps
+  alarm(static_cast<unsigned>(limits.seconds));  // also while it sleeps
 }
 
 void give_up_privileges() {
@@ -48,11 +48,11 @@ void give_up_privileges() {
 #ifdef __x86_64__
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto architecture = static_cast<std::uint32_t>(offsetof(seccomp_data, arch));
-  // offset of a system call's first argument, which contains the flags of clone()
+  // offset of the first argument: flags of clone()
   constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));
-  // offset of a system call's third argument, which contains the flags of openat()
+  // offset of the third argument: flags of openat()
   constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));
-  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // a forbidden system call fails with the error EPERM (1)
+  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // fails with EPERM (1)
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, architecture),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0),
@@ -98,8 +98,8 @@ void give_up_privileges() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, kRefused));
   }
-  // OpenVDB uses threads, so new threads are allowed. New processes are forbidden. The system call clone3() is refused,
-  // because its flags lie in memory, where the filter cannot read them. The C library then calls clone() instead.
+  // OpenVDB needs threads; processes are forbidden. clone3() keeps its flags in memory, which the filter cannot read;
+  // refused, the C library calls clone().
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone, 0, 4));
@@ -134,8 +134,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // The child starts with the default signal handlers. It gets no environment variables, because they may contain
-  // passwords.
+  // Default signal handlers, and no environment, which may contain passwords.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t all, none;
@@ -143,8 +142,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // Standard input, output and error of the child lead to /dev/null, because the messages of the C library about a
-  // damaged heap do not help the user. If `output` is given, standard output leads there instead.
+  // /dev/null: messages of the C library about a damaged heap help nobody. Standard output goes to `output` if given.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {

@@ -25,9 +25,8 @@ struct KindOfInput {
   std::string_view name;
   std::uintmax_t largest;  // bytes, largest size that the file may have
 };
-// For each kind, the size limit is several times the size of the largest useful file. Examples of large files: a
-// recording of one day at 1 kHz has 20 GiB, a scan of 1024³ voxels of two bytes has 2 GiB, and half an hour of sound at
-// 192 kHz has 1.3 GiB per channel.
+// Several times the largest useful file: a day at 1 kHz has 20 GiB, 1024³ voxels of two bytes 2 GiB, half an hour at
+// 192 kHz 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},
@@ -42,8 +41,7 @@ const KindOfInput& entry(InputKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-/// The values that identify a file. The time of creation is included because a new file may get the inode number of a
-/// deleted one.
+/// With the time of creation: inode numbers are reused.
 using Identity = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t, std::uint32_t>;
 
 std::optional<Identity> identity_of(const std::filesystem::path& file) {
@@ -139,7 +137,7 @@ bool LineReader::next(std::string& line) {
                 in_.bad() ? std::strerror(errno ? errno : EIO) : fmt::format("over {} characters", kLongest),
                 "a line of a table");
   }
-  // getline() removes the line end. The last line may have no line end.
+  // The last line may lack its end.
   line.assign(buffer_.data(), static_cast<std::size_t>(in_.gcount()) - (in_.eof() ? 0 : 1));
   return true;
 }

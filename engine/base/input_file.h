@@ -1,4 +1,4 @@
-// Opens input files. These functions check which files may be read, and remember the files that were read.
+// Checks which files may be read, and remembers those that were.
 #pragma once
 
 #include <cstdint>
@@ -10,40 +10,37 @@
 
 namespace typodont {
 
-/// The kind of content that an input file should have. largest_input() gives the size limit of each kind.
+/// Each kind has its limit, largest_input().
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
-/// Returns the name of a kind of input in messages, for example "a JSON file".
+/// For messages, for example "a JSON file".
 std::string_view name_of(InputKind kind) noexcept;
-/// Returns the size limit of a kind of input, in bytes. A larger file is refused before it is read.
+/// bytes; larger files are refused unread.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
-/// After this call, the process remembers the files that it reads, and refuses to overwrite them. Only runs from the
-/// command line call this function. The window and host programs do not call it, because they read and write the same
-/// files repeatedly.
+/// From here, files that are read are remembered and never overwritten. For the command line only: window and hosts
+/// read and write the same files repeatedly.
 void remember_inputs() noexcept;
 
-/// Checks that `file` is a regular file (links are followed) of at most largest_input(kind) bytes, and remembers it as
-/// an input. A directory, device, FIFO, socket or terminal is refused without opening it. Returns the file's size in
+/// A regular file (links followed) up to largest_input(kind), then remembered. Others are refused unopened. Returns its
 /// bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// Checks the file as require_input() does, and returns all its bytes.
+/// All bytes, after require_input().
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// Checks the file as require_input() does, and returns a binary stream at the file's beginning.
+/// Binary stream, after require_input().
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// Returns the remembered input that is the same file as `file`, or no value if there is none. Two names mean the same
-/// file if device, inode and time of creation are equal. Any thread.
+/// The remembered input that is this file: same device, inode and creation. Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 
-/// Reads a text file line by line. A line may have up to kLongest characters, without its line end.
+/// Up to kLongest characters a line, without its end.
 class LineReader {
  public:
   static constexpr std::size_t kLongest = 65535;
   LineReader(const std::filesystem::path& file, InputKind kind) : file_(file), in_(open_input(file, kind)) {}
-  /// Reads the next line. Returns false at the end of the file. Throws Error if a line is too long.
+  /// False: end of file. Throws Error if too long.
   bool next(std::string& line);
-  /// Returns the number of the line that next() returned last, counted from 1.
+  /// Of the last line, from 1.
   std::size_t number() const noexcept { return number_; }
 
  private:

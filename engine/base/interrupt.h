@@ -1,5 +1,4 @@
-// Handles the signals that ask the program to end: SIGINT (Ctrl-C), SIGTERM (kill) and SIGHUP (the terminal was
-// closed).
+// Signals that ask the program to end: SIGINT (Ctrl-C), SIGTERM (kill), SIGHUP (closed terminal).
 #pragma once
 
 #include <signal.h>
@@ -8,13 +7,11 @@
 
 namespace typodont {
 
-/// Installs handlers for SIGINT, SIGTERM and SIGHUP. Each of these signals then removes the partially written files
-/// (PartialFile) and ends the program with exit status 1. While an InterruptHandler exists, the signals call its
-/// handler instead. If the process ignores SIGHUP (nohup), SIGHUP stays ignored. Call once from the main thread.
+/// Each signal removes partial files and ends with exit status 1, or calls an InterruptHandler while one exists. An
+/// ignored SIGHUP (nohup) stays ignored. Once, from the main thread.
 void end_cleanly_on_interrupt();
 
-/// While this object exists, SIGINT, SIGTERM and SIGHUP call `handler`. The destructor restores the previous handler.
-/// Nested objects must be destroyed in the reverse order of their construction. Main thread.
+/// While it exists, the signals call `handler`; then the previous one. Destroyed in reverse order. Main thread.
 class InterruptHandler {
  public:
   explicit InterruptHandler(void (*handler)(int)) noexcept;
@@ -26,12 +23,10 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// Sets a function that end_now() calls before it does anything else. Devices use this function to send zero force. Not
-/// for real-time loops.
+/// What end_now() calls first. Devices send zero force with it. Not for real-time loops.
 void set_end_hook(void (*act)() noexcept) noexcept;
 
-/// Removes the partially written files, prints a message about them, and ends the process with exit status 1. Signal
-/// handlers may call this function.
+/// Removes partial files with a message; exit status 1. Signal-safe.
 [[noreturn]] void end_now() noexcept;
 
 }  // namespace typodont

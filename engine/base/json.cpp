@@ -34,10 +34,10 @@ struct Member;
 using Array = std::vector<Node>;
 using Object = std::vector<Member>;  // sorted by key; no key occurs twice
 
-/// A JSON value (RFC 8259). A whole number is stored as an integer if it fits into 64 bits.
+/// RFC 8259. Whole numbers of 64 bits are integers.
 struct Node {
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
-  std::size_t line = 0;  // number of the line on which the value begins, counted from 1
+  std::size_t line = 0;  // where it begins, from 1
 
   template <class T>
   const T* as() const {
@@ -50,8 +50,7 @@ struct Member {
   Node value;
 };
 
-/// Parses one JSON document exactly according to RFC 8259. The project has its own parser so that the haptic core does
-/// not need a JSON library.
+/// Strictly RFC 8259. Its own parser, so that the haptic core needs no library.
 class Reader {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
@@ -65,20 +64,20 @@ class Reader {
   }
 
  private:
-  // largest depth of nested arrays and objects; the destructor of a deeper document would overflow the stack
+  // of nesting; deeper, the destructor would overflow the stack
   static constexpr int kDeepest = 200;
 
-  /// Returns the column of the parser's present position, in characters, counted from 1.
+  /// In characters, from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    // This is also correct on the first line: there, rfind() returns npos, and npos + 1 is 0.
+    // On the first line, rfind() gives npos, and npos + 1 is 0.
     const std::string_view line = before.substr(before.rfind('\n') + 1);
     return 1 + count_characters(line);
   }
   [[noreturn]] void fail() const {
     throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");
   }
-  /// Throws an error about the value or key that the parser is reading.
+  /// About the value or key at hand.
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const {
     throw Error(name_, fmt::format("line {}, \"{}\"", line_, path_), found, expected);
   }
@@ -201,7 +200,7 @@ class Reader {
       digits();
     }
     const char *first = text_.data() + begin, *last = text_.data() + at_;
-    if (whole) {  // stores the number as an integer; if it needs more than 64 bits, it is stored as a double below
+    if (whole) {  // over 64 bits: a double, below
       std::int64_t s = 0;
       std::uint64_t u = 0;
       if (negative && std::from_chars(first, last, s).ec == std::errc()) {
@@ -214,7 +213,7 @@ class Reader {
       }
     }
     double d = 0;
-    if (std::from_chars(first, last, d).ec != std::errc()) {  // the number is outside the range of a double
+    if (std::from_chars(first, last, d).ec != std::errc()) {  // outside a double's range
       d = std::strtod(std::string(first, last).c_str(), nullptr);
       if (!std::isfinite(d)) fail(shorten(std::string(first, last)), "a number of at most 1.8e308");
     }
@@ -252,7 +251,7 @@ class Reader {
     if (letter == 'u') {
       unsigned code = four_hex_digits();
       if (code >= 0xDC00 && code < 0xE000) fail();
-      if (code >= 0xD800 && code < 0xDC00) {  // the code is the first half of a surrogate pair
+      if (code >= 0xD800 && code < 0xDC00) {  // first half of a surrogate pair
         expect("\\u");
         const unsigned second = four_hex_digits();
         if (second < 0xDC00 || second >= 0xE000) fail();
@@ -265,8 +264,7 @@ class Reader {
     to.push_back(kMeant[which]);
   }
 
-  /// Copies one UTF-8 character of several bytes. The encoding must be the shortest one, and the code point must not be
-  /// a surrogate.
+  /// Shortest encoding only, and no surrogate.
   void copy_utf8(std::string& to) {
     const auto lead = static_cast<unsigned char>(text_[at_]);
     const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
@@ -309,7 +307,7 @@ class Reader {
   std::string_view text_, name_;
   std::size_t at_ = 0, line_ = 1;
   int depth_ = 0;
-  std::string path_;  // path of the value that the parser is reading; long keys are shortened
+  std::string path_;  // of the value at hand; long keys are shortened
 };
 
 void write(std::string& to, const std::string& text) {
@@ -385,7 +383,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// Returns the position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
+/// For messages, for example `line 7, "a.b[2]"`, without unknown parts.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

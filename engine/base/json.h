@@ -1,4 +1,4 @@
-// Reads JSON files. Every error message names the file, the key, the value found and the value expected.
+// JSON files. Errors name file, key, found and expected value.
 #pragma once
 
 #include <filesystem>
@@ -15,18 +15,15 @@
 
 namespace typodont {
 
-/// One value of a JSON file. The object also knows its file and its path in the file, for error messages. It is cheap
-/// to copy. Not for real-time loops. The functions throw Error.
+/// A value that knows its file and path, for messages. Cheap to copy. Not for real-time loops. Throws Error.
 class Json {
  public:
-  /// States whether error messages contain line numbers. Use kUnknown for text that the program has built itself:
-  /// there is no file in which the user could find the line.
+  /// kUnknown for text that the program has built: there is no file to look in.
   enum class Lines { kNamed, kUnknown };
 
-  /// Reads a file. The following are errors: duplicate keys, the literal NaN, numbers outside the range of a double,
-  /// and text after the document.
+  /// Errors: duplicate keys, NaN, numbers beyond a double, text after the document.
   static Json load(const std::filesystem::path& file);
-  /// Parses text. Error messages use `name` in place of the file's path.
+  /// `name` stands for the file in messages.
   static Json parse(std::string_view text, std::string_view name, Lines lines = Lines::kNamed);
 
   bool is_object() const;
@@ -39,18 +36,18 @@ class Json {
   std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
   std::vector<Json> items() const;                       // returns the elements of an array
   std::vector<std::string> keys() const;                 // returns the keys of an object
-  /// Throws Error if the object has a key that is not in this list.
+  /// Throws Error for other keys.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
-  /// Returns a finite number from min to max. Throws Error for any other value.
+  /// Finite, min to max. Throws Error otherwise.
   double number(double min = -std::numeric_limits<double>::infinity(),
                 double max = std::numeric_limits<double>::infinity()) const;
   long long integer(long long min = std::numeric_limits<long long>::min(),
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;  // returns the value of an array [x, y, z] of three numbers
-  // returns the elements of an array that must have exactly `count` numbers
+  dvec3 vec3() const;  // of [x, y, z]
+  // exactly `count`
   std::vector<double> numbers(std::size_t count) const;
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
@@ -58,7 +55,7 @@ class Json {
   bool boolean_or(std::string_view key, bool fallback) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
 
-  /// Throws an Error that states the position of this value: "FILE: line 7, "a.b[2]": found …, expected …".
+  /// "FILE: line 7, "a.b[2]": found …, expected …".
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
@@ -73,7 +70,7 @@ class Json {
   std::string path_;
 };
 
-/// Writes a file completely or not at all (PartialFile states the rules for overwriting). Throws Error on failure.
+/// Completely or not at all, by PartialFile's rules. Throws Error.
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind = FileKind::kText,
                            Over over = Over::kNoInput);
 

@@ -1,5 +1,4 @@
-// Prints messages for people on standard error. The results of a command are printed on standard output, not with these
-// functions.
+// Messages for people, on standard error. Results go to standard output.
 #pragma once
 
 #include <fmt/format.h>

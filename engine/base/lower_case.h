@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Returns the text with its letters in lower case. Each byte is converted by itself (std::tolower).
+/// Byte by byte (std::tolower).
 inline std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;

@@ -1,5 +1,4 @@
-// Replaces the characters of a text that have a special meaning in HTML and SVG, so that the text can be written into
-// such a file.
+// Text for HTML and SVG.
 #pragma once
 
 #include <string>
@@ -7,8 +6,7 @@
 
 namespace typodont {
 
-/// Replaces characters with a special meaning, so that the text can stand between tags and in attributes. Control
-/// characters, which XML does not allow, become spaces.
+/// For between tags and in attributes. Control characters, which XML forbids, become spaces.
 inline std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
@@ -36,8 +34,7 @@ inline std::string escaped(std::string_view text) {
   return out;
 }
 
-/// Returns the beginning of an HTML page in English, up to and including its heading. `style` is CSS and is not
-/// escaped.
+/// Up to the heading, in English. `style`: CSS, not escaped.
 inline std::string page_head(std::string_view title, std::string_view style) {
   const std::string text = escaped(title);
   std::string out =

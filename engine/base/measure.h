@@ -1,5 +1,4 @@
-// Measures the thread CPU time of a function for benchmarks. The function is repeated, because other programs on the
-// machine disturb single measurements.
+// CPU time of a function for benchmarks, repeated because other programs disturb.
 #pragma once
 
 #include <sys/resource.h>
@@ -13,7 +12,7 @@
 
 namespace typodont {
 
-/// Returns a quantile of the values. `fraction` (0..1) is 0.5 for the median. There must be at least one value.
+/// `fraction`: 0..1. At least one value.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
@@ -21,8 +20,7 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// Returns the CPU time in s of all threads of `who`: RUSAGE_SELF for this process, RUSAGE_CHILDREN for its child
-/// processes that have ended.
+/// s, of all threads: RUSAGE_SELF, or RUSAGE_CHILDREN that have ended.
 inline double cpu_seconds(int who) {
   rusage used{};
   getrusage(who, &used);
@@ -32,8 +30,7 @@ inline double cpu_seconds(int who) {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// Computes quantiles of any number of values with a limited amount of memory. It stores every value until it has kMost
-/// values. After that, it stores only every second value, later every fourth value, and so on.
+/// Quantiles in limited memory: from kMost values on, every second, then every fourth one.
 class EvenSample {
  public:
   void add(double value) {
@@ -44,7 +41,7 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// Returns a quantile of the sampled values, or 0 if there are no values.
+  /// 0 without values.
   double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;
@@ -58,7 +55,7 @@ struct MeasuredTimes {
   double median = 0, slow = 0;  // ns; `slow` is the 90th percentile
 };
 
-/// Runs `work` in the calling thread `repeats` times (at least 1) and measures the thread CPU time of each run.
+/// In the calling thread, `repeats` (at least 1) times.
 template <class F>
 MeasuredTimes measure(int repeats, F&& work) {
   std::vector<double> times;

@@ -1,12 +1,11 @@
-// Finds the file that contains the running code. The program searches for its data files in the folder of this file.
+// Where the running code lies; data files are searched in its folder.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// Returns the path of the program or shared library that contains this code, with links resolved. The path is empty if
-/// it is unknown.
+/// Program or library, links resolved. Empty if unknown.
 std::filesystem::path own_file();
 
 }  // namespace typodont

@@ -31,16 +31,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kHead = 4096;  // number of bytes that are read from an existing file to recognise its kind
+constexpr std::size_t kHead = 4096;  // bytes that show a file's kind
 constexpr std::size_t kRandomDigits = 16;
 
-/// Paths of the partially written files, for signal handlers. If the array has no free entry for a file, only the
-/// destructor removes this file.
+/// For signal handlers. Without a free entry, only the destructor removes the file.
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
-/// Copies the path to memory that is never freed. A signal handler may still read the path after it was removed from
-/// the array.
+/// Never freed: a signal handler may still read it.
 const char* keep_name(const fs::path& path) {
   static std::mutex mutex;
   static std::deque<std::string> names;
@@ -75,8 +73,7 @@ bool is_gone(pid_t process) {
   return kill(process, 0) != 0 && errno == ESRCH;
 }
 
-/// Returns the process number in a name of the form "PREFIX123.0123456789abcdefSUFFIX", or 0 if the name has another
-/// form.
+/// Of "PREFIX123.0123456789abcdefSUFFIX"; 0: another form.
 pid_t process_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
   const std::size_t around = prefix.size() + 1 + kRandomDigits + suffix.size();
   if (!name.starts_with(prefix) || !name.ends_with(suffix) || name.size() <= around) return 0;
@@ -113,8 +110,7 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. The path is stored in g_half_written, for signal
-/// handlers, before the file is created, so that a signal never leaves the file behind.
+/// FILE.PROCESS.RANDOMSUFFIX in `folder`, in g_half_written before it exists, so that no signal leaves it behind.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {
@@ -160,7 +156,7 @@ void PartialFile::forget() noexcept {
   listed_ = nullptr;
 }
 
-/// Checks the existing file at `file`. Throws Error if the file must not be replaced.
+/// Throws Error if it must not be replaced.
 void PartialFile::check_target() {
   const auto refuse = [&](std::string_view found, std::string_view expected) {
     throw Error(file_.string(), "", found, expected);
@@ -183,8 +179,7 @@ void PartialFile::check_target() {
     return;
   }
   if (S_ISCHR(is.st_mode) || S_ISFIFO(is.st_mode)) {
-    // With O_NONBLOCK, opening a FIFO that nobody reads fails at once with ENXIO. Without it, open() would wait for a
-    // reader.
+    // O_NONBLOCK: a FIFO without reader fails with ENXIO instead of waiting.
     stream_ = ::open(file_.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (stream_ < 0)
       refuse(errno == ENXIO && S_ISFIFO(is.st_mode) ? "a FIFO that nobody reads" : std::strerror(errno),
@@ -198,8 +193,7 @@ void PartialFile::check_target() {
     std::error_code code;
     target_ = fs::canonical(file_, code);
     if (code) refuse(code.message(), "a link to a file");
-    // Any text could be a table, so the content of a text file does not show its kind. Therefore the target's file name
-    // must have the extension of this kind.
+    // Any text could be a table, so the name must have the kind's extension.
     if (!endings_of(kind_).empty() && kind_of_name(target_, std::array{kind_}) != kind_)
       refuse(fmt::format("a link to {}", target_.string()), fmt::format("a link to {}", name_of(kind_)));
   }
@@ -219,9 +213,7 @@ void PartialFile::check_target() {
     refuse("a file of another kind", fmt::format("{} to replace, or a new name", name_of(kind_)));
 }
 
-/// Copies mode, owner and group of the replaced file to the new file. If the user may not change the owner, the
-/// function copies what is permitted, and removes permissions that would give others more rights than the old file gave
-/// them.
+/// Mode, owner and group. Where the owner may not be changed, nobody gets more rights than before.
 void PartialFile::take_over_owner(int fd) const {
   struct stat old {};
   if (::lstat(target_.c_str(), &old) != 0) return;
@@ -232,8 +224,7 @@ void PartialFile::take_over_owner(int fd) const {
 }
 
 void PartialFile::copy_into_stream() {
-  // Writing to a FIFO that nobody reads raises the signal SIGPIPE, which would end the program. The signal is blocked
-  // here, so that write() returns an error instead.
+  // A FIFO without reader raises SIGPIPE, which would end the program; blocked, write() fails.
   sigset_t pipe, before;
   sigemptyset(&pipe);
   sigaddset(&pipe, SIGPIPE);
@@ -269,15 +260,14 @@ void PartialFile::keep() {
     path_.clear();
     return forget();
   }
-  check_target();  // the target may have changed since the first check
+  check_target();  // it may have changed since the first check
   if (!makes_file()) throw Error(file_.string(), "", "a device or FIFO, which was none before", "a file to write");
   {
     const Descriptor made(::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW));
     if (made.get() < 0) throw Error(file_.string(), "", std::strerror(errno), "a writable place");
     take_over_owner(made.get());
   }
-  // The content must reach the disk before the rename. Then either the old or the new file is complete after a power
-  // cut.
+  // Content before rename: after a power cut, the old or the new file is complete.
   if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   fs::rename(path_, target_, code);

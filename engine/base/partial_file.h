@@ -1,4 +1,4 @@
-// Writes a file completely or not at all, and never replaces a file that must be kept.
+// Files that are written completely or not at all, and never over one to keep.
 #pragma once
 
 #include <atomic>
@@ -9,40 +9,35 @@
 
 namespace typodont {
 
-/// States which existing files may be overwritten.
+/// Which existing files may be overwritten.
 enum class Over {
-  kNoInput,  // any file except an input of this process (input_file.h)
-  // any file, even one that this process has read; for commands that read a file, change its content and write it back
+  kNoInput,  // all but inputs of this process (input_file.h)
+  // also inputs: for commands that change a file
   kItsInput
 };
 
-/// Writes one file. All files of this program are written through this class. The content goes to a temporary file in
-/// the same folder, which is renamed when it is complete. The class refuses to replace a file that this process has
-/// read, a file of another kind, a write-protected file and a directory. A link to a regular file is followed. The file
-/// keeps its mode and, as far as permitted, its owner and group. A device or FIFO is never replaced; the content is
-/// copied into it. The temporary name is unpredictable and always new (O_EXCL, O_NOFOLLOW). The constructor first
-/// removes temporary files of killed processes. Any thread may use an object, but only one thread at a time.
+/// All files are written through this: a temporary file in the same folder, renamed when complete. Refuses inputs,
+/// other kinds, write-protected files and directories; follows links to regular files; keeps mode and, where permitted,
+/// owner and group. Devices and FIFOs are copied into. The temporary name is unpredictable and new (O_EXCL,
+/// O_NOFOLLOW); those of killed processes go first. Any thread, one at a time.
 class PartialFile {
  public:
-  /// Prepares to write `file`. `part` distinguishes several temporary files for one target. Throws Error, before
-  /// anything is changed, if the file may not be written.
+  /// `part`: for several temporary files of one target. Throws Error before any change.
   explicit PartialFile(std::filesystem::path file, FileKind kind = FileKind::kText, Over over = Over::kNoInput,
                        std::string_view part = {});
-  /// Removes the temporary file unless keep() was called.
+  /// Removes the temporary file without keep().
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// Returns the path of the file as the caller stated it.
+  /// As stated by the caller.
   const std::filesystem::path& file() const noexcept { return file_; }
-  /// Returns the path of the temporary file, which exists and is empty. The caller writes the content into this file.
+  /// The temporary file, empty, to be filled.
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// Returns false if `file` is a device or FIFO. Then keep() copies the content into it instead of renaming the
-  /// temporary file.
+  /// False: device or FIFO, which keep() copies into.
   bool makes_file() const noexcept { return stream_ < 0; }
 
-  /// Syncs the temporary file to the disk and renames it to `file`, so that the content survives a power cut. Throws
-  /// Error on failure.
+  /// Synced, then renamed, so that it survives a power cut. Throws Error.
   void keep();
 
  private:
@@ -59,12 +54,10 @@ class PartialFile {
   std::atomic<const char*>* listed_ = nullptr;
 };
 
-/// Throws the Error that a PartialFile with these arguments would throw. Commands call this function before long work,
-/// so that the user gets the message early. It leaves no file.
+/// Throws what a PartialFile would, before long work. Leaves no file.
 void require_output(const std::filesystem::path& file, FileKind kind, Over over = Over::kNoInput);
 
-/// Removes all partially written files of this process. Call when the process ends. Signal handlers may call this
-/// function.
+/// Of this process, at its end. Signal-safe.
 void remove_partial_files() noexcept;
 
 }  // namespace typodont

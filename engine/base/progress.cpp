@@ -10,7 +10,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPatience = kNanosPerSecond;  // ns; work that takes less time than this shows no progress line
+constexpr Nanos kPatience = kNanosPerSecond;  // ns; shorter work shows no line
 
 std::atomic<Progress*> g_on_terminal{nullptr};  // the work that an interrupt cancels
 

@@ -1,5 +1,4 @@
-// Shows the progress of long work as text and as a fraction, and cancels the work on request. One thread does the work,
-// and any number of threads may watch it.
+// Progress of long work as text and fraction, and its cancellation. One thread works, any number watch.
 #pragma once
 
 #include <atomic>
@@ -13,7 +12,7 @@
 
 namespace typodont {
 
-/// Thrown when the user cancelled the work. The output file of the work does not exist then.
+/// By the user. The work's output file does not exist then.
 class Cancelled : public RunFailure {
  public:
   Cancelled() : RunFailure("cancelled; nothing was left half written") {}
@@ -21,25 +20,21 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// Constructor for work whose progress another thread shows.
+  /// Another thread shows the progress.
   Progress() = default;
-  /// Constructor that shows the progress on the terminal if the work takes longer than a second. If standard error is a
-  /// terminal, one line is redrawn. Otherwise a line is printed after each tenth of the work. The first signal (SIGINT,
-  /// SIGTERM, SIGHUP) cancels the work. The second signal ends the program at once (interrupt.h). Only one such object
-  /// may exist at a time.
+  /// Shows it on the terminal after a second: one redrawn line, or a line per tenth without a terminal. The first
+  /// SIGINT, SIGTERM or SIGHUP cancels, the second ends the program (interrupt.h). One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // The thread that does the work calls stage() and at(). stage() begins a stage of the work, with the name `what` (a
-  // string literal). During the stage, the progress of the whole work increases from `from` to `to`.
+  // Working thread, as at(). `what`: a literal. In this stage the whole work goes from `from` to `to`.
   void stage(const char* what, double from = 0, double to = 1);
-  /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.
+  /// Of the stage, 0 to 1. Throws Cancelled if the work should stop.
   void at(double fraction);
 
-  // Asks the thread that does the work to stop. Threads that watch the progress, and signal handlers, may call this
-  // function and the next ones.
+  // For watching threads and signal handlers, as the next ones.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
@@ -48,13 +43,12 @@ class Progress {
  private:
   void show();
 
-  // Progress of the whole work (0..1) when the present stage begins, and when it ends. Used only by the thread that
-  // does the work.
+  // 0..1 of the whole work, at the stage's start and end. Working thread only.
   double from_ = 0, to_ = 1;
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
-  std::string line_;  // name of the work on the terminal; if empty, nothing is printed
+  std::string line_;  // on the terminal; empty: nothing
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;

@@ -25,7 +25,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   const auto say = [&](const auto& words) noexcept {
     try {
       granted.note += words();
-    } catch (const std::bad_alloc&) {  // there is too little memory for the text of the note
+    } catch (const std::bad_alloc&) {  // no memory for the note
     }
   };
   sched_param param{};
@@ -91,7 +91,7 @@ void keep_freed_memory() noexcept {
 
 void flush_denormals() noexcept {
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() | 0x8040);  // sets the processor's FTZ and DAZ bits (flush to zero, denormals are zero)
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // FTZ and DAZ: denormals are zero
 #endif
 }
 
@@ -103,7 +103,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns, the thread sleeps until this time before the deadline, then spins
+  constexpr long long kSpin = 60'000;  // ns before the deadline, from sleeping to spinning
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

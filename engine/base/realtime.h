@@ -1,4 +1,4 @@
-// Real-time settings that a thread requests from the operating system before it enters a real-time loop.
+// What a thread requests from the system before a real-time loop.
 #pragma once
 
 #include <string>
@@ -8,9 +8,8 @@ namespace typodont {
 struct RealtimeRequest {
   int priority = 80;  // SCHED_FIFO priority, 1 to 99
   static constexpr int kOwnCore = -2;
-  // Number of the processor core to which the thread is pinned. -1: the thread is not pinned. kOwnCore: the thread is
-  // pinned to the last core of this process, but only if the process has at least three cores and SCHED_FIFO was
-  // granted. (Without SCHED_FIFO a thread runs better if the scheduler can move it to another core.)
+  // Core to pin to. -1: none. kOwnCore: the process's last one, with at least three cores and SCHED_FIFO granted;
+  // without SCHED_FIFO, a thread runs better unpinned.
   int core = -1;
   bool lock_memory = true;  // true: mlockall() keeps all pages in memory
 };
@@ -19,35 +18,27 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  // States which requests were refused and how to fix this. Empty if everything was granted. If memory is short, the
-  // text may be incomplete.
+  // What was refused and how to fix it; empty: nothing. May be incomplete if memory is short.
   std::string note;
 };
 
-/// Requests real-time settings for the calling thread. Never throws: the result states what was refused. If SCHED_FIFO
-/// was refused, the loop runs at ordinary priority.
+/// For the calling thread. Never throws; without SCHED_FIFO it runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// States why the system refuses SCHED_FIFO to this process and how to fix this. The text is empty if the system grants
-/// SCHED_FIFO. The function makes the request in a separate thread.
+/// Why SCHED_FIFO is refused and how to fix it; empty: granted. Asks in its own thread.
 std::string realtime_refusal();
 
-/// Lets the allocator keep up to 256 MiB of freed memory for the next allocations, except arrays of 32 MiB or more,
-/// which are returned to the system at once. By default, the allocator also returns smaller arrays, and the system must
-/// clear each page of memory before the program can use it again. Call this function before other threads start. A
-/// library must not call it, because it affects the whole process.
+/// Keeps up to 256 MiB of freed memory, except arrays of 32 MiB or more; otherwise the system clears every page again.
+/// Before other threads start; not in a library, because it affects the whole process.
 void keep_freed_memory() noexcept;
 
-/// Makes the processor treat denormals as zero in the calling thread. Otherwise a decaying filter would become slow
-/// when its values become denormal.
+/// In the calling thread. Otherwise decaying filters become slow.
 void flush_denormals() noexcept;
 
-/// Makes the calling thread round to nearest and compute with denormals, even if a library or the parent thread has set
-/// other modes. Code that must give the same bits on every thread calls this function first.
+/// Round to nearest, with denormals, whatever a library or parent has set: for the same bits on every thread.
 void use_ieee_arithmetic() noexcept;
 
-/// Sleeps until 60 µs before the deadline, then spins until the deadline. If a SCHED_FIFO thread spun all the time,
-/// Linux would stop it for 50 ms of every second.
+/// Spins from 60 µs before the deadline. Linux stops a SCHED_FIFO thread that always spins for 50 ms of every second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// Returns the pieces of `text` between the separators, as views of `text`. An empty text has one empty piece.
+/// Views of `text` between separators. An empty text has one empty piece.
 inline std::vector<std::string_view> split(std::string_view text, std::string_view separator) {
   std::vector<std::string_view> pieces;
   for (;;) {

@@ -5,7 +5,7 @@
 
 namespace typodont {
 
-/// Random numbers of 64 bits (SplitMix64: Steele, Lea & Flood 2014). Equal states give equal numbers.
+/// SplitMix64 (Steele, Lea & Flood 2014). Equal states give equal numbers.
 struct SplitMix64 {
   std::uint64_t state = 0;
 

@@ -1,5 +1,4 @@
-// Recognises file names that do not name a regular file: devices, FIFOs and file descriptors that this process has
-// open.
+// Names that are no regular file: devices, FIFOs, open descriptors of this process.
 #pragma once
 
 #include <filesystem>
@@ -7,12 +6,10 @@
 
 namespace typodont {
 
-/// Returns the number of the file descriptor if `file` names an open descriptor of this process (/dev/stdout,
-/// /proc/self/fd/1, /dev/fd/63); otherwise no value.
+/// For /dev/stdout, /proc/self/fd/1, /dev/fd/63; otherwise empty.
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// Returns true if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never
-/// replaced.
+/// Device, FIFO or open descriptor: written to, never replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

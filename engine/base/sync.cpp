@@ -12,7 +12,7 @@ namespace {
 bool sync(const char* path, int flags) noexcept {
   const int fd = ::open(path, flags | O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return false;
-  // The system cannot sync pipes, devices and some network folders. This is no error.
+  // Pipes, devices and some network folders cannot be synced; no error.
   const bool good = ::fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
   ::close(fd);
   return good;
@@ -28,7 +28,7 @@ bool sync_folder_of(const std::filesystem::path& file) noexcept {
   try {
     const std::filesystem::path folder = file.parent_path();
     return sync(folder.empty() ? "." : folder.c_str(), O_DIRECTORY);
-  } catch (const std::exception&) {  // there is too little memory for the folder's name
+  } catch (const std::exception&) {  // no memory for the folder's name
     return false;
   }
 }

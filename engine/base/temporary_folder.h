@@ -1,14 +1,14 @@
-// A folder for the intermediate files of one task.
+// For one task's intermediate files.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// A new folder that only this user can read. The destructor deletes the folder and its content. Any thread.
+/// New, for this user only; deleted with its content. Any thread.
 class TemporaryFolder {
  public:
-  /// Throws Error if the folder cannot be created.
+  /// Throws Error.
   TemporaryFolder();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;

@@ -1,5 +1,4 @@
-// Unit literals, and factors that convert units in the program's inputs and outputs. Inside the program all values are
-// in SI units: m, N, s, rad, kg, J.
+// Unit literals, and factors for inputs and outputs. Inside, all is SI: m, N, s, rad, kg, J.
 #pragma once
 
 #include <numbers>
@@ -8,7 +7,7 @@ namespace typodont {
 
 inline constexpr double kPi = std::numbers::pi;
 
-// Factors that convert numbers in files to SI units, for example value_m = number * kMillimetre.
+// value_m = number * kMillimetre.
 inline constexpr double kMillimetre = 1e-3;               // m, one millimetre
 inline constexpr double kMicrometre = 1e-6;               // m, one micrometre
 inline constexpr double kCubicMillimetre = 1e-9;          // m³, one cubic millimetre

@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Returns the number of characters of a text in UTF-8. A byte that continues a character does not count.
+/// Bytes that continue a character do not count.
 inline std::size_t count_characters(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));

@@ -1,5 +1,4 @@
-// Vectors of four or eight numbers, which the compiler keeps in vector registers. With GCC's vector types, the results
-// are the same on every processor.
+// Four or eight numbers in vector registers. GCC's vector types give the same results on every processor.
 #pragma once
 
 namespace typodont {
@@ -9,10 +8,10 @@ using FourInts = int __attribute__((vector_size(16)));
 using Eight = float __attribute__((vector_size(32)));
 using EightInts = int __attribute__((vector_size(32)));
 
-/// Marks a function that is always inlined, so that it is compiled for the processor type of its caller (dispatch.h).
+/// Always inlined, so compiled for the caller's processor type (dispatch.h).
 #define TYPODONT_INLINE inline __attribute__((always_inline))
 
-/// Returns a bit mask with one bit for each lane of a comparison.
+/// One bit per lane of a comparison.
 TYPODONT_INLINE unsigned bits_of(const EightInts& mask) {
 #ifdef __SSE2__
   const FourInts low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),

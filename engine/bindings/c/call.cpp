@@ -8,8 +8,8 @@ namespace typodont::bindings {
 
 namespace {
 
-// A host may load the library late, and then all its thread-local variables together must fit in the reserve that the
-// C library has for this. So the longer text is on the heap.
+// A library loaded late must fit its thread-local variables into the C library's reserve: the longer text is on the
+// heap.
 constinit thread_local const char* t_error = "";
 thread_local std::string t_copy;  // t_error may point to it
 
@@ -48,8 +48,7 @@ std::recursive_mutex& SessionFiles::mutex() {
   return one;
 }
 
-// `__restrict` tells the compiler that the host's struct and the servo's struct do not overlap. The compiler then
-// copies 16 bytes at a time.
+// `__restrict`: the structs do not overlap, so 16 bytes are copied at a time.
 void put(const ServoTick& __restrict from, typodont_tick& __restrict out) noexcept {
   out.faults = from.faults;
   out.index = from.index;
@@ -102,7 +101,7 @@ const char* typodont_error(void) {
 }
 
 const char* typodont_tissue_name(uint32_t tissue) {
-  // name_of() returns string literals, so data() is null-terminated.
+  // a string literal, so null-terminated
   return tissue < static_cast<std::uint32_t>(kTissueCount) ? name_of(static_cast<Tissue>(tissue)).data() : nullptr;
 }
 

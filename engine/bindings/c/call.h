@@ -1,5 +1,4 @@
-// Code that every function of the C interface uses: it locks the handle, catches all exceptions, and stores the reason
-// of a failure.
+// For every function of the C interface: locks the handle, catches exceptions, stores why it failed.
 #pragma once
 
 #include <concepts>
@@ -17,7 +16,7 @@
 
 namespace typodont::bindings {
 
-// Types of the objects to which handles refer.
+// What handles refer to.
 struct SceneObject;
 struct HandObject;
 struct CoreObject;
@@ -35,15 +34,15 @@ template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static c
 template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
 // clang-format on
 
-/// Stores a text that typodont_error() then returns, and returns `result`. The text must exist until the program ends,
-/// because only its address is stored. Real-time safe.
+/// typodont_error() then returns the text, whose address is stored: it must last until the program's end. Returns
+/// `result`. Real-time safe.
 typodont_result fail(typodont_result result, const char* literal) noexcept;
-/// Does the same with a copy of the text. Allocates.
+/// With a copy. Allocates.
 typodont_result fail_with_copy(typodont_result result, const char* text) noexcept;
-/// For use in a catch block: stores the text of the caught exception and returns the result code for it. Allocates.
+/// In a catch block: text and result code of the exception. Allocates.
 typodont_result fail_by_exception() noexcept;
 
-/// Calls `body` and converts its exceptions to result codes. `body` returns a result code or nothing.
+/// `body` returns a result code or nothing; exceptions become codes.
 template <class Body>
 typodont_result guarded(Body&& body) noexcept {
   try {
@@ -58,7 +57,7 @@ typodont_result guarded(Body&& body) noexcept {
   }
 }
 
-/// Locks a handle for this thread until the end of the scope, and gives access to the handle's object.
+/// Locks a handle for this thread and scope, with access to its object.
 template <class Handle>
 class HandleLock {
  public:
@@ -68,7 +67,7 @@ class HandleLock {
   explicit operator bool() const noexcept { return taken_.found() == Found::kHeld; }
   Object& operator*() const noexcept { return *static_cast<Object*>(taken_.object()); }
   Object* operator->() const noexcept { return static_cast<Object*>(taken_.object()); }
-  /// Invalidates the handle and returns its object.
+  /// The handle becomes invalid.
   std::unique_ptr<Object> drop() noexcept { return std::unique_ptr<Object>(static_cast<Object*>(taken_.drop())); }
   typodont_result why() const noexcept {
     return taken_.found() == Found::kBusy
@@ -82,7 +81,7 @@ class HandleLock {
   const Handle* handle_;
 };
 
-/// Locks the handle and calls `body` with the handle's object.
+/// `body` with the locked object.
 template <class Handle, class Body>
 typodont_result with(Handle* handle, Body&& body) noexcept {
   const HandleLock<Handle> held(handle);
@@ -90,7 +89,7 @@ typodont_result with(Handle* handle, Body&& body) noexcept {
   return guarded([&] { return body(*held); });
 }
 
-/// Creates a new handle for `object`. Throws std::bad_alloc if the table is full.
+/// Throws std::bad_alloc if the table is full.
 template <class Handle>
 Handle* make_handle(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
   void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
@@ -107,7 +106,7 @@ typodont_result free_handle(Handle* handle) noexcept {
   return guarded([&] { held.drop().reset(); });
 }
 
-/// Locks access to session files while it exists, because only one thread at a time may use the HDF5 library.
+/// One thread at a time may use HDF5.
 class SessionFiles {
  public:
   SessionFiles() : lock_(mutex()) {}
@@ -117,21 +116,20 @@ class SessionFiles {
   std::lock_guard<std::recursive_mutex> lock_;
 };
 
-/// Throws Error with `text` if the condition is false.
+/// Error with `text` if false.
 inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
-// largest possible size, in bytes, of a struct in any version of the interface
+// bytes, of a struct in any version
 constexpr std::uint32_t kLargestStruct = 4096;
-/// Returns true if this version can use the host's struct. The host may have been compiled with an older or a newer
-/// version of the interface. `first`: size of the struct in the first release.
+/// The host may have another version's struct. `first`: size in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 
-/// Returns element i of an array of structs. `stride` is the distance between two elements in bytes.
+/// `stride`: bytes between elements.
 template <class T>
 T& element(T* array, std::size_t i, std::uint32_t stride) {
   using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;
@@ -155,7 +153,7 @@ static_assert(kTissueCount <= TYPODONT_TISSUES);
 inline void put(const PerTissue& from, double* to) {
   for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
 }
-/// Copies a tick to the host's struct. All members except struct_size are set.
+/// All members but struct_size.
 void put(const ServoTick& from, typodont_tick& out) noexcept;
 void put(const Cut& from, typodont_cut& out) noexcept;
 

@@ -1,5 +1,5 @@
-// The handles of the C interface. A handle is a number that has the type of a pointer; nobody dereferences it. A table
-// contains the valid handles. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
+// A handle is a number in a pointer's type that nobody dereferences. A table holds the valid ones, so freed, forged or
+// mixed-up handles are errors, not crashes.
 #pragma once
 
 #include <array>
@@ -16,9 +16,8 @@ inline constexpr std::uint64_t kSlots = 4096;
 inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
 static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
 
-/// One entry of the table of handles. The generation of a slot increases by one whenever the slot is filled or emptied,
-/// so it is odd while the slot holds an object. `state` is twice the generation, plus one while a thread uses the
-/// object.
+/// The generation grows with each filling and emptying: odd while filled. `state`: twice the generation, plus one while
+/// a thread uses the object.
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> state{0};
   Kind kind{};
@@ -26,8 +25,7 @@ struct alignas(64) Slot {
 };
 extern std::array<Slot, kSlots> g_slots;
 
-/// Locks a handle for this thread until the end of the scope. Any thread; never allocates. The functions are inline
-/// because every tick calls them.
+/// For this thread and scope. Any thread; never allocates. Inline, because every tick calls it.
 class HeldHandle {
  public:
   HeldHandle(const void* handle, Kind kind) noexcept {
@@ -56,7 +54,7 @@ class HeldHandle {
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }
-  /// Makes the handle invalid and returns its object, which the caller then owns.
+  /// The handle becomes invalid; the caller owns the object.
   void* drop() noexcept;
 
  private:
@@ -65,7 +63,7 @@ class HeldHandle {
   Found found_ = Found::kBadHandle;
 };
 
-/// Creates a handle for `object`. Any thread, but not during a tick. Returns null if 4096 handles exist.
+/// Any thread, but not during a tick. Null if 4096 exist.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings
