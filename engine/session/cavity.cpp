@@ -14,43 +14,36 @@ namespace typodont::session {
 
 namespace {
 
-// voxels; a facet of the final surface counts as new if it lies deeper than this below the old surface
+// voxels below the old surface, from which a facet is new
 constexpr double kNewSurface = 0.75;
-// A facet belongs to the floor if the cosine of the angle between its normal and the opening's axis is larger than this
-// (angle below 30°).
+// Cosine of normal and axis, above which a facet is floor.
 const double kFloor = std::cos(30 * kPi / 180);
-// A facet belongs to a wall if the |cosine| of the angle between its normal and the opening's axis is smaller than
-// this. The facet is then inclined by less than 30° to the axis.
+// |cosine| below which it is wall, inclined by less than 30°.
 constexpr double kWall = 0.5;
-// Facets near an edge between two faces are not measured. At such a facet, the gradient of the distance field is
-// shorter than this limit, or it differs by more than 10° from the facet's normal. (On a flat face, the length of the
-// gradient is 1.) The limit is well below 1, because the ripples that a bur leaves, a tenth of a voxel high, also
-// shorten the gradient. With a larger limit, half of a rippled floor would not be measured.
+// Near an edge the gradient is shorter than this, or 10° off the normal; such facets are not measured. A flat face has
+// 1. Well below, because a bur's ripples of a tenth of a voxel shorten it too; with more, half of a rippled floor would
+// be lost.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// A wall's inclination is measured at a facet only if the gradient of the distance field at the facet has at least this
-// length. A shorter gradient shows that the samples from which it is computed lie on both sides of an edge.
+// For a wall's inclination; a shorter gradient has samples on both sides of an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;  // voxels; a smaller distance from the ideal is a rounding error and counts as 0
-// m²; if the total area of the floor is smaller than this, the floor is not measured; the same holds for the walls
+constexpr double kRounding = 1e-9;  // voxels from the ideal that count as 0
+// m², smallest floor and smallest walls that are measured
 constexpr double kLeastArea = 0.1e-6;
-// Before a mean over the floor or the walls is computed, the smallest and the largest values are omitted, because they
-// come from the edges of a face. At each end, this fraction of the area is omitted.
+// of the area at each end of the sorted values: edges of a face
 constexpr double kTrimmed = 0.1;
-// m; a wall's thickness is not measured at depths of less than this below the old surface, because a wall is always
-// thin at its rim
+// m below the old surface, above which walls are always thin
 constexpr double kRim = 1e-3;
-// voxels; for a wall's inclination, the gradient is computed from distances at this distance to either side of the
-// facet; the distance is large, so that ripples of the wall average out
+// voxels to either side, for a wall's inclination; ripples average out
 constexpr double kAcross = 1.5;
-constexpr double kFarthestWall = 5e-3;  // m; the thickness of a wall is measured only up to this value
-constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian that smooths the margin
+constexpr double kFarthestWall = 5e-3;  // m, upper limit of a wall's thickness
+constexpr double kSmoothing = 0.25e-3;  // m, Gaussian that smooths the margin
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
-  dvec3 n{0};              // unit normal of the facet, pointing out of the tissue
+  dvec3 n{0};              // out of the tissue
   double area = 0;         // voxels², area of the facet
-  std::size_t inside = 0;  // index of a sample that is next to the facet and inside the tissue
+  std::size_t inside = 0;  // a sample beside the facet, inside the tissue
 };
 
 double weighted_mean(const std::vector<std::pair<double, double>>& values) {
@@ -59,8 +52,7 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted mean of the values. At each end of the sorted values, the fraction `trim` of the total weight is omitted.
-/// Each pair is a value and its weight.
+/// Values and weights; `trim` of the weight is left out at each end.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
   const double total =
@@ -74,8 +66,7 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Returns a weighted quantile. Each pair is a value and its weight. The result is the smallest value v with this
-/// property: the weights of all values ≤ v have at least the sum `weight`.
+/// Smallest value v at which the weights of values ≤ v reach `weight`.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -86,7 +77,7 @@ double lowest(std::vector<std::pair<double, double>> values, double weight) {
 }
 
 struct Axes {
-  dvec3 u, v, w;  // three perpendicular unit vectors; w points out of the opening
+  dvec3 u, v, w;  // perpendicular unit vectors; w points out of the opening
 };
 Axes axes_about(const dvec3& axis) {
   const dvec3 w = glm::normalize(axis);
@@ -95,9 +86,7 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// A plane w = c0 + c1 u + c2 v. u, v and w are coordinates in voxels along three perpendicular axes; w points out of
-/// the opening. fit_plane() fits it to weighted points by least squares, and returns false if the points do not
-/// determine a plane.
+/// w = c0 + c1 u + c2 v, voxels, w out of the opening. Weighted least squares; false: undetermined.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -124,8 +113,7 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// A sphere in voxels. fit_ball() fits it to weighted points by least squares of |p - c|² - r². It returns no value if
-/// the points do not determine a sphere.
+/// Voxels. Weighted least squares of |p - c|² - r²; empty: undetermined.
 struct Ball {
   dvec3 center;
   double radius;
@@ -135,8 +123,8 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // Let q be a point relative to the mean of all points, and c the sphere's centre relative to this mean. Then |q|² = 2
-  // q·c + k holds on the sphere. The normal equations for c and k are independent, and k is the mean of |q|².
+  // With q and c relative to the mean, |q|² = 2 q·c + k on the sphere. The equations for c and k are independent; k is
+  // the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -147,13 +135,13 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
     square += f.area * glm::dot(q, q);
   }
   const double spread = square / 3;
-  // all points lie almost in one plane
+  // almost all in one plane
   if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;
   const dvec3 c = glm::inverse(normal) * right;
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Returns the distance in voxels from p to the last point inside the tissue on the ray from p along `direction`.
+/// Voxels from p to the last point inside, along `direction`.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -167,11 +155,10 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// Computes the margins of the cut: the curves in which its border meets the old surface. Each curve is a list of
-/// points in order, in voxels.
+/// Where the cut's border meets the old surface: ordered points, voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  constexpr double kLevel = 0.5;           // voxels; the margin lies where the cut has this depth below the old surface
-  using Key = std::array<std::size_t, 4>;  // identifies an edge between two points of the surface
+  constexpr double kLevel = 0.5;           // voxels of depth below the old surface at the margin
+  using Key = std::array<std::size_t, 4>;  // an edge between two points of the surface
   struct End {
     dvec3 p;
     std::vector<std::size_t> segments;
@@ -198,8 +185,7 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connects the segments to curves. Open curves come first, because an open curve must be followed from one of its
-  // ends.
+  // Open curves first, from one of their ends.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -226,13 +212,12 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
   return curves;
 }
 
-/// Returns the mean square distance of a curve from the same curve smoothed by a Gaussian (sigma in voxels), and the
-/// curve's length.
+/// Mean square distance from the Gaussian-smoothed curve (sigma in voxels), and length.
 std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigma) {
   double length = 0;
   for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
   if (length < 4 * sigma) return {0, 0};
-  // Computes points at equal distances along the curve.
+  // At equal distances.
   const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
   const double step = length / static_cast<double>(count);
   std::vector<dvec3> even;
@@ -267,10 +252,9 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Returns the smallest width of the cavity in voxels. The width is measured in the plane at the height `w` along
-/// `axes.w`, perpendicular to the longer axis of the cavity. The two ends of the cavity are excluded.
+/// Voxels, across the cavity's longer axis at height `w` along `axes.w`, without both ends.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Computes the middle and the longer axis of the removed tissue at this height, from its moments.
+  // Middle and longer axis from the moments of what was removed.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -294,8 +278,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Computes the width of each cross-section. The width is the longest interval that was tissue before, is empty now,
-  // and ends at walls.
+  // Per cross-section: longest interval that was tissue, is empty and ends at walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -313,14 +296,14 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // the previous sample was tissue before the work and still is, so the empty interval begins at a wall
+        // still tissue just before: the interval begins at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
         open = false;
       } else if (open && b >= 0) {
-        open = false;  // the interval ends in open air and not at a wall
+        open = false;  // it ends in open air
       }
       last = a, before_last = b;
     }
@@ -351,7 +334,7 @@ CavityReference without_measures(const Preparation& in) {
   return g;
 }
 
-/// Marks the air voxels that are connected through air to the border of the box. All other air voxels are pores.
+/// Air connected to the box's border; other air is pores.
 std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
@@ -392,7 +375,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   const TrueDistances& before = known.before;
   const std::size_t count = after.distance.size();
 
-  // Computes the volumes from the fraction of each voxel inside each of the surfaces (before, after, ideal).
+  // By the fraction of each voxel inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -413,8 +396,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Measures the distance of the final surface from the ideal (target shape), and finds the new parts of the surface.
-  // The inside of pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
+  // Without the inside of pores, which no probe can reach; the volumes above include them.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -438,16 +420,14 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is compared with the ideal (target shape) if its distance from the old surface or from the ideal is
-    // larger than kNewSurface. A facet is new if it lies deeper than kNewSurface below the old surface.
+    // Compared where the old surface or the ideal is farther than kNewSurface; new where it is deeper than that.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // Omits facets near an edge between floor and wall. There, the samples from which the gradient is computed lie on
-    // both faces. So the gradient is too short, or its direction differs from the facet's normal.
+    // Near the edge of floor and wall, the gradient mixes both faces.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
@@ -501,14 +481,12 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // If the gradient is shorter than this limit, the samples from which it is computed lie on both sides of an edge,
-      // and the inclination would not be that of the wall.
+      // Shorter: samples on both sides of an edge.
       if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measures the thickness of hard tissue from the wall to the open air behind it. If pulp lies between them, the
-      // wall is not an outer wall of the tooth, so it is not measured.
+      // Hard tissue from the wall to open air behind. With pulp between, it is no outer wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

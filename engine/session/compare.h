@@ -1,4 +1,4 @@
-// Compares a replayed tick or cut with the recorded one. Every column is compared in the precision of the session file.
+// A replayed tick or cut against the recorded one, in the file's precision.
 #pragma once
 
 #include <string_view>
@@ -7,9 +7,8 @@
 
 namespace typodont::session {
 
-/// Returns the name of the first column that differs in any bit; empty if all columns are equal. The function skips
-/// columns that the servo does not compute: hand and pedal (the servo's input), the CPU time, and fault bits that other
-/// code sets. Columns with units other than SI are compared after rounding as in the file.
+/// First column that differs in a bit; empty: none. Skips what the servo does not compute: hand, pedal, CPU time, fault
+/// bits of other code. Units other than SI are rounded as in the file.
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded);
 std::string_view differing_column(const Cut& replayed, const Cut& recorded);
 

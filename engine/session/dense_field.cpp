@@ -13,17 +13,13 @@ namespace typodont::session {
 
 namespace {
 
-// voxels. For every voxel, TrueDistances first takes the surface point of the nearest seed (a voxel next to the
-// surface). If this point is nearer to the voxel than this limit, the point is then moved towards the voxel's own
-// closest surface point.
+// voxels from the nearest seed's surface point, up to which it is moved to the voxel's own
 constexpr float kRefineLimit = 20;
-// voxels; samples nearer to the surface than this keep their old distances. The value is larger than a voxel's diagonal
-// (1.73), so all corners of a voxel that the surface crosses keep their distances.
+// voxels, within which distances stay; more than a voxel's diagonal (1.73), so all corners at the surface do
 constexpr float kUnchangedBand = 1.8f;
 
-/// For each voxel of a box or of a row: the point (voxels) of its nearest seed, the number of this seed, and the square
-/// of the distance to it, or a larger value that a nearer seed must fall below. Every value is an array of its own, so
-/// that the compiler computes several voxels at once.
+/// Per voxel: nearest seed's point (voxels) and number, and a squared distance that a nearer seed must fall below.
+/// Separate arrays, so that several voxels are computed at once.
 struct Nearest {
   float *bound, *x, *y, *z;
   std::uint32_t* seed;
@@ -31,13 +27,11 @@ struct Nearest {
   Nearest operator+(std::size_t by) const { return {bound + by, x + by, y + by, z + by, seed + by}; }
 };
 
-/// A square of a distance (voxels) that is larger than in any box. A voxel without a seed has this bound, and its point
-/// is so far away that no neighbour takes it.
+/// Larger than any squared distance. Without a seed, the point is too far for any neighbour to take.
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
-/// Returns the bound for a seed at the squared distance `square`. kRooted: the square of the rounded distance, for
-/// users of the distance itself; it can differ from `square` in the last bit.
+/// kRooted: the square of the rounded distance, for users of the distance; it can differ in the last bit.
 template <bool kRooted>
 float bound_of(float square) {
   if constexpr (kRooted) {
@@ -48,7 +42,7 @@ float bound_of(float square) {
   }
 }
 
-/// Gives each voxel of the row `to`, at (x, y, 0…n-1), the seed of its neighbour in the row `from` if that is nearer.
+/// Voxels (x, y, 0…n-1) of `to` take the seeds of `from` that are nearer.
 template <bool kRooted>
 TYPODONT_INLINE void pass_to_row(int n, float x, float y, const Nearest& from, const Nearest& to) {
   float* const __restrict bound = to.bound;
@@ -76,7 +70,7 @@ void pass_exact(int n, float x, float y, const Nearest& from, const Nearest& to)
   pass_to_row<false>(n, x, y, from, to);
 }
 
-/// Passes seeds along the row `row` of n voxels at (x, y), in ascending or descending direction.
+/// Along the row of n voxels at (x, y), up or down.
 template <bool kRooted>
 void pass_along(int n, bool up, float x, float y, const Nearest& row) {
   const int step = up ? 1 : -1;
@@ -101,14 +95,13 @@ void pass_along(int n, bool up, float x, float y, const Nearest& row) {
 using FourDoubles = double __attribute__((vector_size(32)));
 using TwoDoubles = double __attribute__((vector_size(16)));
 
-/// Returns the trilinear interpolation at the point p (voxels) of the values `value(index)` (float) of the field's
-/// voxels. The four lines along z are interpolated at once, and then the two lines along y.
+/// Trilinear at p (voxels) of `value(index)`: four lines along z at once, then two along y.
 template <class Value>
 double interpolated(const DenseField& field, const glm::dvec3& p, const Value& value) {
   const glm::dvec3 q = glm::clamp(p, glm::dvec3(0), glm::dvec3(field.size - 1));
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(field.size - 2, glm::ivec3(0)));
   const glm::dvec3 f = q - glm::dvec3(i);
-  // Distances of the other corners in the array. A box can be one voxel thin.
+  // To the other corners. A box can be one voxel thin.
   const auto nz = static_cast<std::size_t>(field.size.z), nyz = static_cast<std::size_t>(field.size.y) * nz;
   const std::size_t x = field.size.x > 1 ? nyz : 0, y = field.size.y > 1 ? nz : 0, z = field.size.z > 1 ? 1 : 0;
   const std::size_t at = field.at(i.x, i.y, i.z);
@@ -121,7 +114,7 @@ double interpolated(const DenseField& field, const glm::dvec3& p, const Value& v
   return along_y[0] + f.x * (along_y[1] - along_y[0]);
 }
 
-/// Returns the normal of the field's surface at p (voxels); none if the gradient is too small for a direction.
+/// At p (voxels); empty if the gradient is too small.
 std::optional<glm::dvec3> normal_at(const DenseField& field, const glm::dvec3& p) {
   const glm::dvec3 g = field.gradient(p);
   return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
@@ -138,7 +131,7 @@ class NearestSeeds {
         seeds_(count_, kNone) {}
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Makes the voxel `at` a seed with the point `p` (voxels).
+  /// `p`: voxels.
   void set(std::size_t at, std::uint32_t seed, const glm::vec3& p, float bound) {
     bounds_[at] = bound;
     for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
@@ -148,10 +141,8 @@ class NearestSeeds {
   std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
   std::vector<float> bounds() && { return std::move(bounds_); }
 
-  /// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. There are eight passes
-  /// over all voxels, one for each combination of ascending and descending axes. A voxel takes a neighbour's seed if
-  /// this seed is nearer than its own seed. In each pass, the neighbouring rows along x and y are finished before a row
-  /// of voxels begins. So each of them can pass its seeds to all voxels of the row in one step.
+  /// Eight passes, one per combination of directions along the axes. A voxel takes a neighbour's seed if nearer. Rows
+  /// along x and y are finished first, so each passes its seeds to a whole row at once.
   template <bool kRooted>
   void pass_all() {
     const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;
@@ -177,7 +168,7 @@ class NearestSeeds {
  private:
   glm::ivec3 size_;
   std::size_t count_;
-  std::vector<float> bounds_, points_;  // points_: all x, then all y, then all z
+  std::vector<float> bounds_, points_;  // points_: all x, all y, all z
   std::vector<std::uint32_t> seeds_;
 };
 
@@ -205,7 +196,7 @@ TrueDistances::TrueDistances(DenseField field)
     : field_(std::move(field)), known_(field_.distance.size(), std::numeric_limits<float>::quiet_NaN()) {
   const glm::ivec3 n = field_.size;
   NearestSeeds nearest(n);
-  // The closest point of a seed is computed from the gradient.
+  // From the gradient.
   const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -220,7 +211,7 @@ TrueDistances::TrueDistances(DenseField field)
         const glm::dvec3 g = field_.gradient(p);
         const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
         const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-        // A seed begins with the field's own distance, and keeps its point only if no other point is nearer.
+        // The field's own distance, unless another point is nearer.
         nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
         seeds_.push_back({closest, false, {}});
       }
@@ -245,8 +236,7 @@ float TrueDistances::computed(std::size_t at) const {
   const float given = field_.distance[at];
   if (std::abs(given) <= kUnchangedBand || nearest_[at] == NearestSeeds::kNone) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
-  // The closest point of the nearest seed is moved along the surface towards the voxel, so that it becomes the voxel's
-  // own closest surface point. Many voxels have the same seed, so its normal is computed only once.
+  // Along the surface to the voxel's own closest point. Many voxels share a seed, so its normal is computed once.
   const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
   const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
   Seed& seed = seeds_[nearest_[at]];

@@ -7,13 +7,13 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kReach = 0.75e-3;     // m; the tip explores the part of the surface within this distance from the tip
-constexpr double kMarkReach = 0.6e-3;  // m; a lesion counts as found if a mark is at most this far from the lesion
-constexpr double kStep = 0.2e-3;       // m; the exploration is updated after the tip has moved this far
-// number of voxels; a piece of caries with fewer voxels counts as noise in the labels and not as a lesion
+constexpr double kReach = 0.75e-3;     // m around the tip that it explores
+constexpr double kMarkReach = 0.6e-3;  // m from mark to lesion, to be found
+constexpr double kStep = 0.2e-3;       // m of the tip between updates
+// voxels; less caries is noise
 constexpr std::size_t kLeastLesion = 8;
 
-/// Calls `each(index, squared distance)` for every voxel at a distance of at most `reach` voxels from p.
+/// each(index, squared distance) up to `reach` voxels from p.
 template <class Each>
 void around(const DenseField& field, const dvec3& p, double reach, Each&& each) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(p - reach)), glm::ivec3(0));
@@ -43,7 +43,7 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
     to_explore_[i] = std::abs(surface_.distance[i]) < 0.7f && (region.empty() || region[i]);
     surface_count_ += to_explore_[i];
   }
-  // Finds the lesions, which are connected pieces of caries that extend to the surface within the region.
+  // Connected caries that reaches the surface in the region.
   std::vector<bool> seen(lesion_.size());
   const auto is_caries = [&](std::size_t i) { return tissue[i] == Tissue::kCaries && surface_.distance[i] < 0.5f; };
   for (int x = 0; x < n.x; ++x) {

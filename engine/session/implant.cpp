@@ -14,31 +14,28 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// if the ratio of the spindle's speed to the phase's prescribed speed is larger than this, the trainee sees a note
+// of the phase's speed, above which there is a note
 constexpr double kOverSpeed = 1.1;
-// s; if the tool of a later phase has worked on the bone for longer than this, that phase becomes the present phase
+// s of work with a later phase's tool until that phase begins
 constexpr double kSkipPhaseTime = 1.5;
-// s; a phase of smoothing, marking or checking ends after its goal has been met for this time
+// s, for which a goal of smoothing, marking or checking must hold
 constexpr double kHeld = 0.3;
-// m; a drilling phase is complete if the drill's tip is at most this far above the required depth
+// m above the required depth: drilled
 constexpr double kDrilled = 0.05e-3;
-// m; a phase with a depth gauge is complete if the gauge's tip is at most this far above the required depth
+// m above: checked with the gauge
 constexpr double kChecked = 0.25e-3;
-// m; a phase that cuts a thread is complete if the tool's tip is at most this far above the required depth
+// m above: thread cut
 constexpr double kThreaded = 0.3e-3;
-// Limit in N: if the force is smaller than this, the tool counts as having no contact. A tool without contact follows
-// the hand, so its force is nearly zero.
+// N, below which there is no contact: the tool follows the hand
 constexpr double kLeastContactForce = 0.05;
-// m; an implant or a screw counts as placed if its tip is at most this far above the required depth, so that it
-// protrudes from the bone by at most this length
+// m above, at which an implant or screw counts as placed
 constexpr double kLargestProtrusion = 1e-3;
-// m/s; if the tool's tip becomes deeper along the planned axis faster than this, the trainee is moving it into the bone
+// m/s along the axis, above which the trainee moves the tool in
 constexpr double kInsertionSpeed = 0.1e-3;
-constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's axial speed
-// m; a mark on the bone is at the right site if it is within this distance of the planned axis
+constexpr double kInsertionFilterTime = 0.1;  // s, filter of the axial speed
+// m from the axis: the right site
 constexpr double kAtSite = 3e-3;
-// m; the angle between the tool and the planned axis is checked only if the tool's tip is deeper than this below the
-// planned entry point
+// m below the entry; the angle is checked only deeper
 constexpr double kOffAxisFrom = 1e-3;
 
 double volume_of(const ServoTick& tick) {
@@ -65,7 +62,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  // m, distance between neighbouring points of the path at which the path's distance from the cylinder is computed
+  // m between points of the path
   constexpr double kStep = 0.05e-3;
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
@@ -119,10 +116,9 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the bed (the drilled hole). If the bed is less deep than its diameter, the
-  // diameter is used in place of the depth.
+  // A shell around the bed; shallow beds count as deep as wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
-  // J/K, heat capacity of the heated bone
+  // J/K of the heated bone
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
   temperature_ += dt * HeatModel::fraction * tick.cutting_power / warmed;
@@ -156,7 +152,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   switch (phase.deed) {
     case ImplantAction::kSmooth:
     case ImplantAction::kMark:
-      // The phase is complete when enough bone was removed and the bur has left the bone.
+      // Enough was removed and the bur is out.
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
@@ -217,19 +213,17 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool counts as working if it cuts tissue or moves deeper. Pulling a tool out does not count as work. So a trainee
-  // who pulls out the tool of the previous phase gets no note about a wrong tool.
+  // Work is cutting or moving deeper, not pulling out: no note for the previous phase's tool.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // After a phase of smoothing or marking, the trainee may continue to work with the same bur. This work does not count
-  // as work with a wrong tool.
+  // Smoothing or marking may go on with the same bur.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
-  // If the tool of a later phase has worked for longer than kSkipPhaseTime, all phases before that phase are skipped.
+  // After kSkipPhaseTime the phases before are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
@@ -248,7 +242,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // Computes the geometry of the bed (the drilled hole) from the positions of the drills in it.
+  // From the drills' positions in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -281,7 +275,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
 
 ImplantMeasures ImplantMeter::result() const {
   ImplantMeasures out = measures_;
-  // Adds the force curve of the present phase, which is not complete.
+  // The present, incomplete phase's curve.
   if (phase_ < out.phases.size()) {
     ForceCurve& curve = out.phases[phase_].force;
     curve.span = span_;
@@ -295,13 +289,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Computes the point where the axis of the bed (drilled hole) meets the planned plane of the implant's platform.
+  // Where the bed's axis meets the platform's plane.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // The bed (drilled hole) as a cylinder. If a path (axis of the canal or of a root) passes through the bed, outside()
-  // returns 0.
+  // outside() is 0 for a path through the bed.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

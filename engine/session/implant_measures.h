@@ -1,4 +1,4 @@
-// Measures of an exercise in implant surgery, for the score and the report.
+// Implant surgery's measures, for score and report.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Notes that the trainee sees during the exercise as soon as their reason occurs.
+/// Shown as soon as their reason occurs.
 enum class ImplantNote {
   kNone,
   kWrongTool,
@@ -25,63 +25,59 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Model of the temperature of the bone at the drill. The bone near the bed (drilled hole) is one mass with one
-/// temperature. A fraction of the cutting power heats this mass, and it cools towards body temperature. The parameters
-/// are estimates, except the temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone
-/// damage at 47 °C for one minute.
+/// Bone near the bed as one mass, heated by a fraction of the cutting power, cooling towards the body. Parameters are
+/// estimates, except `harmful`: damage at 47 °C for a minute (Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107).
 struct HeatModel {
-  // Fraction of the cutting power that heats the bone. The chips remove the rest of the heat.
+  // Of the cutting power; chips take the rest.
   static constexpr double fraction = 0.3;
-  static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed (drilled hole)
-  static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from a density of 1.9 g/cm³ and 1.3 J/(g K)
+  static constexpr double shell = 1e-3;             // m, of heated bone around the bed
+  static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from 1.9 g/cm³ and 1.3 J/(g K)
   static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
   static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
   static constexpr double body = 37, harmful = 47;  // °C, body temperature and temperature that damages bone
 };
 
-/// A force curve: the mean force in each interval of contact time in a phase. All intervals have the same length, and
-/// the time without contact is not counted.
+/// Mean force per equal interval of contact time.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, mean force perpendicular to the planned axis and along it, for each interval
+  std::vector<float> across, along;  // N, per interval
   double span = 0;                   // s, length of an interval of contact time
 };
 
 struct ImplantPhaseMeasures {
   std::array<std::string, kLanguageCount> name;
   bool done = false, skipped = false;
-  // s, times of the first contact and of the phase's end; negative if this has not yet happened
+  // s, first contact and end; negative: not yet
   double began = -1, ended = -1;
   double force_max = 0;                           // N, largest force in the phase
-  double over_force = 0;                          // s, time for which the force was above its limit
+  double over_force = 0;                          // s above the force's limit
   double depth = 0;                               // m, largest depth below the planned entry point
   double hottest = HeatModel::body;               // °C, highest temperature of the bone
   std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
 };
 
-/// Measures of the bed (drilled hole), in SI units.
+/// SI.
 struct ImplantBedMeasures {
   bool found = false;
-  double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
-  double axis_error = 0;                   // rad, angle between the axis of the bed (drilled hole) and the planned axis
-  double depth = 0;                        // m, depth of the bed (drilled hole) below the planned entry point
-  double canal_distance = 1e9;             // m, distance from the drilled hole's wall to the wall of the nerve canal
-  double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest neighbouring root
-  // `diameter`, `ovality` and `perforated` are computed from the tissue (measure_bed()). Negative: unknown. `diameter`:
-  // m, mean diameter of the bed (drilled hole); `ovality`: m, largest diameter minus smallest diameter
+  double entry_error = 0, apex_error = 0;  // m, entry and apex from the plan
+  double axis_error = 0;                   // rad from the planned axis
+  double depth = 0;                        // m below the planned entry
+  double canal_distance = 1e9;             // m, wall to wall
+  double neighbour_distance = 1e9;         // m, wall to nearest root
+  // from the tissue (measure_bed()), negative: unknown; m: mean, and largest minus smallest
   double diameter = -1, ovality = -1;
-  double perforated = -1;  // fraction of the upper nine tenths of the drilled hole's wall that has no bone behind it
+  double perforated = -1;  // of the wall's upper nine tenths, without bone behind
 };
 
 struct ImplantMeasures {
   std::vector<ImplantPhaseMeasures> phases;
   ImplantBedMeasures bed;
   bool placed = false;
-  double insertion_torque = 0;       // N·m, largest torque during the insertion of the implant
-  double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
-  double over_force = 0;             // s, time for which the force was above its limit
+  double insertion_torque = 0;       // N·m, largest during insertion
+  double bone_contact = -1;          // of the implant's surface; negative: unknown
+  double over_force = 0;             // s above the force's limit
   double hottest = HeatModel::body;  // °C, highest temperature of the bone
-  double phases_done() const;        // returns the fraction of the phases that are complete, 0..1
+  double phases_done() const;        // 0..1
 };
 
 }  // namespace typodont::session

@@ -1,5 +1,4 @@
-// Stores sphere packings in files (.h5). So a tissue must be packed only once, and every session uses the same
-// spheres.
+// Sphere packings (.h5): a tissue is packed once, for all sessions.
 #pragma once
 
 #include <filesystem>
@@ -8,14 +7,13 @@
 
 namespace typodont::session {
 
-/// Writes a packing, completely or not at all. Equal packings give equal bytes. Throws Error if the file cannot be
-/// written. The file contains the datasets "center_m" (n×3 doubles, frame W), "radius_m" (n doubles), "tissue" (n
-/// bytes, see contract/tissue.h) and "solid_volume_m3" (a double per tissue). Its attributes are "format",
-/// "format_version", "seed", "tissue_hash", "max_radius_m", "largest_hole_m" and "checksum" (FNV-1a hash of all these
-/// values except format and version).
+/// Completely or not at all; equal packings, equal bytes. Throws Error. Datasets "center_m" (n×3 doubles, W),
+/// "radius_m" (n doubles), "tissue" (n bytes, contract/tissue.h), "solid_volume_m3" (a double per tissue); attributes
+/// "format", "format_version", "seed", "tissue_hash", "max_radius_m", "largest_hole_m", "checksum" (FNV-1a of all but
+/// format and version).
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing);
 
-/// Reads a packing. Throws Error if the file is no packing, is damaged, or contains a sphere with impossible values.
+/// Throws Error for no packing, damage, or impossible spheres.
 SpherePacking load_packing(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -12,22 +12,19 @@ namespace typodont::session {
 
 namespace {
 
-// largest |cosine| of the angle between the directions mesial and buccal, which must be nearly perpendicular
+// |cosine| of mesial and buccal, at most
 constexpr double kSquare = 0.05;
-// A point lies on a floor (or on an occlusal surface or a shoulder) if the cosine of the angle between the surface's
-// normal at the point and the task's axis is larger than this. Otherwise it lies on a wall.
+// cosine of normal and axis, above which it is floor, occlusal surface or shoulder; below, wall
 constexpr double kLevel = 0.7;
-// A point is called "central" if it lies near the middle of the changed region. Its distance from this middle, in the
-// plane of the directions mesial and buccal, is then less than this fraction of the region's half width
-// (Work::half_width).
+// of Work::half_width from the middle: "central"
 constexpr double kCentral = 0.25;
 
-/// Position and size of the changed region: all tissue that was removed or added, or should have been removed or added.
+/// All tissue that was or should have been removed or added.
 struct Work {
-  dvec3 middle_W{0};         // m, frame W, centre of the changed region's volume
-  double low = 0, high = 0;  // m, lowest and highest position of the changed region along the task's axis
-  double half_width = 0;     // m, largest distance of the changed region from its middle, perpendicular to axis_W
-  // true if the ideal (target shape) has tissue at the middle of the changed region: the stump of a crown, or a filling
+  dvec3 middle_W{0};         // m, W, of the volume
+  double low = 0, high = 0;  // m along the axis
+  double half_width = 0;     // m from the middle, across axis_W
+  // the ideal has tissue in the middle: a crown's stump, a filling
   bool around_tissue = false;
 };
 
@@ -61,7 +58,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// Names of the sides, counter-clockwise from mesial in steps of 45°. So buccal is at 90°.
+/// Counter-clockwise from mesial by 45°; buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -95,7 +92,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
-  // height of the point as a fraction of the changed tissue's height: 0 at the cervical end, 1 at the occlusal end
+  // 0 at the cervical end, 1 at the occlusal
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
@@ -110,8 +107,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  // If the cosine between the direction to the viewer and the direction of a side is larger than this, the viewer sees
-  // the tooth from that side.
+  // Cosine of viewing and side's direction, above which that side is seen.
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };

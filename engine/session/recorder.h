@@ -1,8 +1,5 @@
-// Writes a session to disk while it runs. The program's recorder thread owns the writer. It passes the content of its
-// queues to append() and calls heartbeat() often. If the process is killed, the file can still be opened, and only the
-// last half second is missing. The file is in HDF5's mode SWMR (single writer, multiple readers): it is readable after
-// every flush, so another process can read a session that is being recorded. docs/session_format.md describes the
-// file's layout.
+// Written while the session runs, by the recorder thread: append() from its queues, heartbeat() often. A killed process
+// loses half a second. SWMR: other processes can read after every flush. Layout: docs/session_format.md.
 #pragma once
 
 #include <cstdint>
@@ -20,23 +17,21 @@
 namespace typodont::session {
 
 struct WriterOptions {
-  // ns, longest time for which data is only in memory, if heartbeat() is called
+  // ns, longest time in memory only, with heartbeat()
   Nanos flush_interval = kNanosPerSecond / 2;
-  int deflate = 3;  // level of the compression of the recording's data (deflate), 1..9
-  // Limits of the free space on the disk, in bytes. If it is less than `disk_needed`, the constructor throws Error.
-  // Below `disk_low`, the status contains a warning. Below `disk_reserve` (about two flushes with their journal), rows
-  // are not written and are counted as lost.
+  int deflate = 3;  // deflate, 1..9
+  // Free bytes: below `disk_needed` the constructor throws Error, below `disk_low` there is a warning, below
+  // `disk_reserve` (about two flushes with journal) rows are lost and counted.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
-  std::function<std::uint64_t()> free_bytes;  // returns the free space in bytes; if empty, the file system is asked
-  // True: the writer writes a temporary file, and finish() renames it. Use this for results and not for live sessions.
+  std::function<std::uint64_t()> free_bytes;  // bytes; empty: asks the file system
+  // A temporary file that finish() renames. For results, not for live sessions.
   bool whole_or_nothing = false;
-  // True: the writer copies a recorded session into a new file. In this case, it does not derive events from the ticks,
-  // because all events are given.
+  // Copies a recording: events are given, not derived from ticks.
   bool rewrites = false;
-  Lost lost_before;  // losses of the original recording, if the writer copies a recorded session
+  Lost lost_before;  // of the copied recording
 };
 
-/// The state of the recording. `message` tells the user that an operation failed or that the disk is nearly full.
+/// `message`: for the user, after a failure or near the disk's end.
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
@@ -45,37 +40,34 @@ struct WriterStatus {
   std::string message;
 };
 
-/// Writes one session file. Only one thread at a time may use it. The constructor throws Error if the file cannot be
-/// created. The other functions never throw: data that a full or failing disk loses is counted in status(), and the
-/// session continues.
+/// One thread at a time. The constructor throws Error; then nothing throws: losses are counted in status(), and the
+/// session goes on.
 class SessionWriter {
  public:
   SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options = {});
-  ~SessionWriter();  // writes all buffered data, but leaves the recording unfinished, as if the process were killed
+  ~SessionWriter();  // writes what is buffered; unfinished, as after a kill
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Appends ticks. The cut and the patch (tissue copy) whose numbers a tick contains must be appended before this tick.
-  // So the file is always complete up to its last tick.
+  // A tick's cut and patch come first, so the file is complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;
   void append(const SessionEvent& event) noexcept;
   void event(Nanos t, EventKind kind, std::string_view text) noexcept;
-  /// Sets the timing of the servo loop up to now. The next flush writes it.
+  /// Of the servo loop so far, for the next flush.
   void loop(const LoopReport& report) noexcept;
-  /// Appends one sample to the stream header.streams[stream], with one value for each column of the stream.
+  /// To header.streams[stream], a value per column.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
-  /// Sets how many values the queues have dropped in total (Ring::dropped()). The file stores these numbers.
+  /// Total drops of the queues (Ring::dropped()).
   void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
-  /// Writes data that is older than the flush interval. Call at least every 100 ms.
+  /// What is older than the flush interval. At least every 100 ms.
   void heartbeat() noexcept;
-  /// Writes all data so far. When the function returns, the operating system has the data.
+  /// All so far; the operating system then has it.
   void flush() noexcept;
-  /// Writes the remaining data and the result, and closes the file. Returns false if data is missing in the file (see
-  /// status()).
+  /// The rest and the result. False: data is missing (status()).
   bool finish(const SessionResult& result) noexcept;
 
   const WriterStatus& status() const noexcept;

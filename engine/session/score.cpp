@@ -13,21 +13,18 @@ namespace typodont::session {
 
 namespace {
 
-// Cut-off frequency in Hz of the high-pass filter that separates tremor from intended motion. Physiological tremor is
-// at 8 to 12 Hz, and intended motion below 3 Hz.
+// Hz, high-pass: tremor is at 8 to 12 Hz, intended motion below 3 Hz
 constexpr double kTremorCutoff = 5.0;
-// Time in s over which positions are averaged before the path length is computed, because tremor would lengthen the
-// path.
+// s of averaging before the path length, which tremor would lengthen
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;     // s; a stroke ends after this time without contact
-constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less volume than this is no stroke
+constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
+constexpr double kLeastRemoved = 1e-15;  // m³, least of a stroke
 
 }  // namespace
 
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Computes the coefficients of a second-order Butterworth high-pass filter (bilinear transform with pre-warped
-  // cut-off frequency).
+  // Second-order Butterworth, bilinear, pre-warped.
   const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = norm;
@@ -38,12 +35,12 @@ HandMeter::HandMeter(double servo_rate)
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
-    const bool held = tick.faults & bits(Fault::kHeld);  // the emergency key is on, so there is no force and no cut
+    const bool held = tick.faults & bits(Fault::kHeld);  // emergency key: no force, no cut
     if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // The tremor filter starts as if the hand had rested at p. A start at the origin would look like a large tremor.
+      // As if rested at p; a start at the origin would look like tremor.
       filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;
@@ -105,13 +102,13 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// Returns true for tissue that the trainee should keep: all tissue except caries and old fillings.
+/// All but caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
 constexpr double kMm3 = 1e9;  // number of mm³ in a m³
-// Fraction of the surface that must be explored for full points, because the tip cannot reach all of the surface.
+// For full points; the tip cannot reach all.
 constexpr double kEnoughExplored = 0.9;
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
@@ -127,8 +124,7 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal
-/// (target shape). It is computed from the measured voxels if they exist, otherwise from the volumes per tissue.
+/// mm³ cut too much (`sign` = 1) or too little (-1): from the voxels if measured, else from volumes.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -137,14 +133,13 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure that the score can use: its name, its unit, the direction in which it becomes better, and a function that
-/// computes its value.
+/// Name, unit, better direction, computation.
 struct Measure {
   const char* name;
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
-  bool of_hand = false;  // true if the measure describes the hand's motion and not the tissue
+  bool of_hand = false;  // of the hand's motion, not the tissue
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -152,7 +147,7 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-/// Returns a measure of the cavity, converted to the unit of the report.
+/// In the report's unit.
 template <auto Member>
 std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
   if (!in.cavity) return std::nullopt;
@@ -165,7 +160,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// Returns a measure of an implant's bed (drilled hole). A negative number means that the measure is unknown.
+/// Negative: unknown.
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -178,9 +173,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-// in the measure's unit; if the absolute value of a measure is smaller than this, the measure counts as 0
+// in its unit, below which it is 0
 constexpr double kLeastMeasured = 1e-6;
-// m³; if the session removed or added less volume than this, it did no work
+// m³, below which no work was done
 constexpr double kLeastChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {
@@ -324,11 +319,8 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Returns the completed fraction of the task. For an exploration, it is the mean of the fraction of lesions found and
-/// the fraction of surface explored. For an implant exercise, it is the completed fraction of the phases. If the task
-/// has an ideal (target shape), it is the completed fraction of the ideal's changes; otherwise it is the removed
-/// fraction of the caries. In all other cases, the task is complete as soon as any tissue was cut or filled. In every
-/// case, a session without work gets no points.
+/// Exploration: mean of lesions found and surface explored; implant: phases; ideal: its changes; otherwise caries
+/// removed, or 1 once anything was cut or filled. Without work: 0.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -352,7 +344,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// Returns the amount by which a value is worse than the rule's target.
+/// Beyond the rule's target.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -408,8 +400,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // If the task has no ideal, the trainee must remove some healthy tissue to reach the caries. Therefore the removal of
-  // healthy tissue costs points only if its volume is larger than the volume of the caries.
+  // Without an ideal, some healthy tissue must go to reach the caries: it costs beyond the caries' volume.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -446,7 +437,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Returns the measures that a perfect hand would have: after its work, the tissue equals the ideal (target shape).
+/// Of a perfect hand: the tissue equals the ideal.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -456,9 +447,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// Reads a list of rules. `input` contains the measures, or is nullptr if there are none yet. If a rule states no
-/// target, the ideal's value is its target. If the ideal has no such value (measures of the hand, exploration, task
-/// without an ideal), the default target is used.
+/// Without a target: the ideal's value, or else (hand, exploration, no ideal) the default. `input`: nullptr before
+/// measuring.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -517,8 +507,7 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal (target shape) may itself leave caries or open the pulp. In this case, the ideal's value becomes the
-    // target, so that the ideal gets the full score.
+    // An ideal that leaves caries or opens the pulp becomes the target and gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -551,8 +540,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // If the task asks for a measure that the result does not have, the measure's item (line of the score) gets no
-    // points.
+    // Asked for, but not there: no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -569,8 +557,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // An item (line of the score) gets this fraction of its full points. The function is a hyperbola, so that a worse
-    // value always costs more points.
+    // Hyperbola: worse always costs more.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));
@@ -582,7 +569,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     sum += item.points;
   }
   total.full = weights > 0 ? 100 : 0;
-  // because of rounding, the sum may be slightly more than 100
+  // rounding may exceed 100
   total.points = std::min(total.full, total.completion * sum);
   return total;
 }

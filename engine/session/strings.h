@@ -1,4 +1,4 @@
-// The catalogue of all texts of the reports in three languages (strings.cpp).
+// All texts of the reports in three languages (strings.cpp).
 #pragma once
 
 #include <array>
@@ -12,33 +12,27 @@ namespace typodont::session {
 enum class Language { kEnglish, kGerman, kChinese };
 inline constexpr int kLanguageCount = 3;
 
-/// Returns the language of a tag: "en", "de", "zh", or a longer form as in the variable LANG ("de_AT.UTF-8"). No value
-/// for other languages.
+/// "en", "de", "zh", or as in LANG ("de_AT.UTF-8"). Empty: others.
 std::optional<Language> language_named(std::string_view tag) noexcept;
-/// Returns the language that the user set in the environment (LC_ALL, LC_MESSAGES, LANG), or English.
+/// By LC_ALL, LC_MESSAGES, LANG; else English.
 Language system_language() noexcept;
-/// Returns the BCP 47 tag of a language, for <html lang>.
+/// BCP 47, for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 
-/// Returns the text with a key such as "title.report" or "tissue.enamel". If the key is unknown, returns the key
-/// itself.
+/// "title.report", "tissue.enamel", …; an unknown key is its own text.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
-// Formats a number for people, with the decimal sign of the language, without exponent, and without a minus sign before
-// zero. Without `decimals`, it shows three significant digits.
+// With the language's decimal sign, no exponent, no minus before zero. Without `decimals`: three significant digits.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// Formats a number with its unit and a no-break space between them. If the unit is empty, the number is a count. NaN
-/// (not measured) is shown as a dash.
+/// With a no-break space; empty unit: a count; NaN: a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
-/// Returns the text for a tool's name: "round_012" becomes "Round bur", which is the kind of the tool without its
-/// number. Unknown tools keep their names.
+/// "round_012" becomes "Round bur"; unknown tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// A right that the operating system can grant to the servo loop, and whether the operating system has granted this
-/// right. The report and the operator's window show the rights.
+/// A right of the servo loop, and whether the system has granted it. Shown in report and window.
 struct Granted {
-  std::string_view name;  // key of the right's name in the text catalogue
+  std::string_view name;  // key in the catalogue
   bool yes = false;
 };
 std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);

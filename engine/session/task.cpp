@@ -14,7 +14,7 @@ const std::string& TaskText::in(Language language) const {
 
 namespace {
 
-/// Reads a step. A step is a text, or a text with the action that completes the step: {"en": …, "done": "drill"}.
+/// A text, or {"en": …, "done": "drill"} with its action.
 void read_step(const Json& json, Task& task) {
   std::string deed;
   if (json.is_object() && json.has("done")) {

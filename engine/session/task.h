@@ -1,5 +1,4 @@
-// Reads the block "task" of a scene: its description and its rules, for the report and the score. Other code reads the
-// ideal's geometry (engine/app/task/task.h).
+// "task" of a scene: description and rules. The ideal's geometry: engine/app/task/task.h.
 #pragma once
 
 #include <array>
@@ -14,16 +13,14 @@
 
 namespace typodont::session {
 
-/// Actions that can complete a step of a task. The hand moves, touches or drills; the user changes the tool, the speed
-/// or the view, uses undo or redo, or presses the emergency key. The last action, `phase`, is for implant exercises:
-/// step n is complete at the end of phase n.
+/// The hand's, then the user's. `phase`, for implants: step n is complete at the end of phase n.
 inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
                                                                   "undo", "redo",  "view",  "hold", "phase"};
 
-/// A text in all languages, written in JSON as "text" or as {"en": …, "de": …, "zh": …}. The English text is required.
+/// "text" or {"en": …, "de": …, "zh": …}; English is required.
 struct TaskText {
   std::array<std::string, kLanguageCount> text;
-  /// Returns the text in this language, or the English text if there is no translation.
+  /// Or English without a translation.
   const std::string& in(Language language) const;
   bool empty() const { return text[0].empty(); }
 };
@@ -32,23 +29,21 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // For each step, the action that completes it (one of kStepActions). If the action is empty, the user marks the step
-  // as done.
+  // Of kStepActions, per step; empty: the user marks it.
   std::vector<std::string> step_actions;
   dvec3 axis_W{0, 0, 1};      // unit vector that points out of the opening
-  std::optional<Json> ideal;  // description of the ideal (target shape) in JSON; other code reads its geometry
+  std::optional<Json> ideal;  // JSON; other code reads its geometry
   std::vector<Json> protect;  // solids in JSON that must not be cut
-  bool explore = false;       // true if the trainee should explore the tissue and not cut it
-  std::vector<Json> region;   // solids in JSON that define the region to explore
+  bool explore = false;       // explore, not cut
+  std::vector<Json> region;   // JSON solids of the region to explore
 };
 
-/// Reads and checks a task, but not the geometry of its solids and of its ideal (target shape). Throws Error.
+/// Without the geometry of solids and ideal. Throws Error.
 Task read_task(const Json& json);
 
-/// Returns the rules of a scene: those of its task, or those of its block "score" if there is no task, or the default
-/// rules if there is neither.
+/// Of the task, else of "score", else the defaults.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
-/// Computes the score with the rules and the pass mark of a scene.
+/// With the scene's rules and pass mark.
 Score score_of_scene(const Json& scene, const ScoreInput& input);
 
 }  // namespace typodont::session

@@ -32,7 +32,7 @@ void append_cell(std::string& out, const Column<ServoTick>& column, const ServoT
   } else {
     double value;
     std::memcpy(&value, cell, sizeof value);
-    // Negative zero is written as zero, because "-0" looks like an error.
+    // "-0" looks like an error.
     fmt::format_to(std::back_inserter(out), "{}", value == 0 ? 0.0 : value);
   }
 }
@@ -53,7 +53,7 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-/// Reads a cell into the tick. Returns false if the cell's text is invalid for the column.
+/// False: invalid for the column.
 bool parse_cell(std::string_view text, const Column<ServoTick>& column, ServoTick& tick) {
   std::byte cell[8]{};
   if (column.name == "tissue") {

@@ -1,4 +1,4 @@
-// Reads and writes ticks as a CSV table. The columns have the same names as in a session file (docs/session_format.md).
+// Ticks as CSV, columns as in a session file (docs/session_format.md).
 #pragma once
 
 #include <cstdio>
@@ -12,9 +12,7 @@
 
 namespace typodont::session {
 
-/// Writes a table of ticks row by row. finish() completes the file; if it is not called, no file is created. A number
-/// is written as the shortest text that gives the same double when it is read. So equal ticks give equal bytes. Throws
-/// Error if writing fails.
+/// No file without finish(). Shortest text that gives the same double, so equal ticks give equal bytes. Throws Error.
 class TicksCsvWriter {
  public:
   explicit TicksCsvWriter(const std::filesystem::path& file);
@@ -32,11 +30,10 @@ class TicksCsvWriter {
   std::string buffer_;
 };
 
-/// Reads a table that TicksCsvWriter wrote. Members without a column (orientation, patch, cuts) keep their defaults,
-/// and `index` is the number of the row. Throws an Error that names line and column.
+/// Without a column (orientation, patch, cuts): defaults; `index` is the row. Throws Error with line and column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
 
-/// Returns the column names in the order of the first line.
+/// In the first line's order.
 std::vector<std::string> ticks_csv_columns();
 
 }  // namespace typodont::session

@@ -1,5 +1,4 @@
-// The columns of a session's tables. A column has a name, a unit, a meaning, and functions that convert it from and to
-// a message.
+// Columns of a session's tables: name, unit, meaning, and conversion.
 #pragma once
 
 #include <cstddef>
@@ -33,20 +32,19 @@ constexpr Type type_of() {
   if constexpr (sizeof(T) == 1) return Type::kU8;
 }
 
-/// A column of the table of `Message`, which is ServoTick, Cut or PatchUse.
+/// Of ServoTick, Cut or PatchUse.
 template <class Message>
 struct Column {
   std::string name;
-  std::string unit;  // unit of the column's numbers; empty if they have no unit
+  std::string unit;  // empty: none
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
-  // stores a value from the file in a message; null if the column is computed from other columns
+  // file to message; null: computed from other columns
   void (*set)(Message&, const std::byte*) = nullptr;
   bool in_csv = true;
   bool in_file = true;
-  // True if the column was added after the first release. Older files do not have this column; the message then keeps
-  // its default value.
+  // After the first release; older files lack it, and the message keeps its default.
   bool added = false;
 };
 
@@ -54,9 +52,9 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Returns the text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
+/// Attribute `labels` of tissue columns: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// Returns the bits and names of the faults: "1 bad_input, 2 stale_patch, …".
+/// "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

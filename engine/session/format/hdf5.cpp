@@ -12,10 +12,9 @@ namespace {
 
 thread_local std::string t_reason;
 
-/// Stores the reason of a failure. HDF5 calls this function after every failed call, because its error stack is valid
-/// only until the next HDF5 call.
+/// Called after every failed call: the error stack lasts only until the next one.
 herr_t keep_reason(hid_t stack, void*) {
-  // Visits all entries of the error stack. The innermost call is the last entry, and its description names the cause.
+  // The innermost call comes last and names the cause.
   H5Ewalk2(
       stack, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
@@ -29,12 +28,10 @@ herr_t keep_reason(hid_t stack, void*) {
 }  // namespace
 
 H5Quiet::H5Quiet() {
-  // Disables HDF5's exit handler, which would repeat writes that failed because of a full disk, and then print errors.
-  // Sessions close their files themselves. HDF5 accepts this call only before any other call.
+  // It would repeat writes that failed on a full disk, and print errors. Only before any other call.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
-  // Disables plugins. A file can name any filter, and HDF5 would load a plugin for it, but sessions need only the
-  // built-in filters.
+  // A file can name any filter, and HDF5 would load a plugin for it.
   static const bool no_plugins = H5PLset_loading_state(0) >= 0;
   static_cast<void>(no_plugins);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
@@ -54,7 +51,7 @@ namespace {
 constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, largest size of a chunk
 constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, largest length of an attribute
 
-/// Opens the object at `path`. Goes from group to group and checks that every name in the path is a hard link.
+/// Group by group; every name must be a hard link.
 H5 open_object(const std::string& file, hid_t root, const std::string& path) {
   H5 at(H5Oopen(root, ".", H5P_DEFAULT), H5Oclose);
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -103,8 +100,7 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // Compares the size that the dataset states with the size of the file. Without this check, a small damaged file could
-  // make the reader allocate much memory.
+  // Otherwise a small damaged file could make the reader allocate much.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());
@@ -141,7 +137,7 @@ hid_t h5_type(Type type) {
   return -1;
 }
 
-// HDF5 has no strings of length 0, so the text "" is stored as one null byte.
+// HDF5 has no strings of length 0: "" is one null byte.
 H5 h5_string_type(std::size_t size) {
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.get(), std::max<std::size_t>(size, 1));
@@ -232,7 +228,7 @@ bool read_text(const H5& dataset, std::string& text) {
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  // No size limit (SIZE_MAX) is needed, because open_dataset() has compared the size with the size of the file.
+  // No limit needed: open_dataset() has compared it with the file's size.
   if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');

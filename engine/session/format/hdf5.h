@@ -1,5 +1,4 @@
-// Wrappers for the part of the HDF5 library that sessions use: handles that close themselves, and the reasons of
-// failures.
+// HDF5 for sessions: handles that close themselves, and reasons of failures.
 #pragma once
 
 #include <hdf5.h>
@@ -28,8 +27,7 @@ class H5 {
     return *this;
   }
   ~H5() { reset(); }
-  /// Closes the identifier. Returns false if HDF5 fails to close it, for example because buffered data could not be
-  /// written.
+  /// False if closing fails, for example on unwritten data.
   bool reset() noexcept {
     const hid_t id = std::exchange(id_, -1);
     return id < 0 || close_(id) >= 0;
@@ -42,7 +40,7 @@ class H5 {
   Close close_ = nullptr;
 };
 
-/// While this object exists, HDF5 prints no errors in this thread. h5_reason() returns the last error instead.
+/// While it exists, HDF5 prints nothing in this thread; see h5_reason().
 class H5Quiet {
  public:
   H5Quiet();
@@ -55,32 +53,28 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// Returns the reason of this thread's last HDF5 failure: the text of the innermost failed call. Needs an H5Quiet.
+/// Innermost failed call of this thread. Needs an H5Quiet.
 std::string h5_reason();
 
-/// Opens a group or dataset by its path from `root`. Returns an empty handle if the object does not exist. Accepts only
-/// objects that the session writer could have created: every name on the path is a hard link; a dataset has its data in
-/// this file, uses the writer's filters, has one dimension, and states no more data than the file can contain. Other
-/// links, external storage and virtual datasets are refused, because they could expose the content of other files.
-/// Throws Error(`file`, path, …).
+/// By path from `root`; empty if missing. Only what the writer could have made: hard links; data in this file, writer's
+/// filters, one dimension, no more than fits the file. Others could expose other files. Throws Error(`file`, path, …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 
 hid_t h5_type(Type type);
-/// Makes a string type of fixed length (UTF-8, padded with null bytes).
+/// UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);
 
-// Functions that write and read attributes and texts. A function that writes returns false on failure. A function that
-// reads returns false if the item does not exist or has another type.
+// Writing: false on failure. Reading: false if missing or of another type.
 bool set_attribute(hid_t object, const char* name, std::string_view text);
 bool set_attribute(hid_t object, const char* name, double value);
 bool set_attribute(hid_t object, const char* name, std::uint64_t value);
 bool get_attribute(hid_t object, const char* name, std::string& text);
 bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
-/// Writes a text of any length as a scalar dataset (UTF-8).
+/// Scalar dataset, UTF-8, any length.
 bool write_text(hid_t group, const char* name, std::string_view text);
-/// Reads a text dataset. `dataset` is the result of open_dataset().
+/// `dataset`: from open_dataset().
 bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

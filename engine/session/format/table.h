@@ -1,4 +1,4 @@
-// Datasets that are extended or overwritten while a session is recorded.
+// Datasets that grow, or are overwritten, during recording.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,8 @@
 
 namespace typodont::session {
 
-/// A table with rows of fixed size, whose columns are stored separately. Rows are buffered and written in chunks,
-/// because HDF5 compresses a chunk when it is written. A flush may write an incomplete chunk; the chunk is then written
-/// again when it is complete.
+/// Rows of fixed size, columns apart. Written by chunks, which HDF5 compresses; a flush may write part of a chunk,
+/// which is written again when complete.
 class Table {
  public:
   struct Spec {
@@ -28,12 +27,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// Returns true if the buffered rows complete a chunk of the file. They should then be written.
+  /// The buffered rows complete a chunk: write them.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Returns the number of rows that were written since the last commit(). A power cut would lose them.
+  /// Rows since the last commit(), which a power cut would lose.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }
@@ -49,7 +48,7 @@ class Table {
   hsize_t written_ = 0, committed_ = 0;
 };
 
-/// Creates a dataset of numbers (one-dimensional or scalar) that is later overwritten in place.
+/// One-dimensional or scalar, overwritten in place.
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
                     const void* initial, H5& dataset);
 bool overwrite(const H5& dataset, hid_t type, const void* value);

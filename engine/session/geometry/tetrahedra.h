@@ -1,6 +1,5 @@
-// Extracts the zero surface of a dense distance field as triangles (marching tetrahedra). The surface is exact where
-// the field is linear. Every corner of a triangle lies on an edge between two samples, so that other fields can be
-// interpolated at this corner, too.
+// Zero surface by marching tetrahedra, exact where the field is linear. Corners lie on edges between samples, so other
+// fields can be interpolated there.
 #pragma once
 
 #include <array>
@@ -10,28 +9,27 @@
 
 namespace typodont::session {
 
-/// A point on the edge between the samples i < j: at sample i if t = 0, at sample j if t = 1.
+/// Between samples i < j: at i for t = 0, at j for t = 1.
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;
   glm::dvec3 p{0};  // voxels, position of the point
 
-  /// Returns the interpolation at the point of `values`, which has a value (float) for each sample's index.
+  /// `values`: a float per sample.
   template <class Values>
   double of(const Values& values) const {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
   }
 };
-// the points are in counter-clockwise order as seen from outside the tissue
+// counter-clockwise from outside
 using EdgeTriangle = std::array<EdgePoint, 3>;
 
-/// Calls `each(const EdgeTriangle&)` for every triangle of the surface. All cubes are split into tetrahedra along the
-/// same main diagonal (Kuhn 1960), so that the surface has no cracks.
+/// each(const EdgeTriangle&). Cubes are split along one diagonal (Kuhn 1960): no cracks.
 template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;
   if (n.x < 2 || n.y < 2 || n.z < 2) return;
-  // Each tetrahedron has the cube's corners 0, a, b and 7. The table contains a and b.
+  // a and b of the tetrahedra 0, a, b, 7.
   static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   std::array<std::size_t, 8> offset{};
   for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);

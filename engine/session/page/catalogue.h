@@ -1,4 +1,4 @@
-// Entries of the text catalogue. An entry is a key with its text in every language.
+// A key with its text in every language.
 #pragma once
 
 #include <array>
@@ -14,10 +14,9 @@ struct Entry {
   std::array<std::string_view, kLanguageCount> text;  // text in English, German and Simplified Chinese; zero-terminated
 };
 
-/// Returns the texts that only the operator's window uses.
+/// Only for the operator's window.
 std::span<const Entry> operator_catalogue() noexcept;
-/// Returns the texts that are drawn over the picture of a session. The build converts their characters to glyphs
-/// (engine/gpu/font).
+/// Drawn over a session's picture; the build makes glyphs of them (engine/gpu/font).
 std::span<const Entry> hud_catalogue() noexcept;
 
 }  // namespace typodont::session

@@ -13,9 +13,9 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint64_t kPiece = 8192;  // number of ticks that are read from the file at once
-constexpr std::size_t kBins = 480;      // number of intervals (bins) in the plots over time
-// Time in ns over which the hand's speed is measured. It is so long that the noise of the encoders averages out.
+constexpr std::uint64_t kPiece = 8192;  // ticks read at a time
+constexpr std::size_t kBins = 480;      // bins of plots over time
+// ns, over which speed is measured; encoder noise averages out
 constexpr Nanos kSpeedOver = 20'000'000;
 
 struct Accumulator {

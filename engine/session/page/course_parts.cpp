@@ -13,7 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::size_t kTableBins = 12;  // number of rows in the tables that accompany the plots over time
+constexpr std::size_t kTableBins = 12;  // rows of tables beside plots
 constexpr std::size_t kMostEvents = 200;
 
 }  // namespace
@@ -21,7 +21,7 @@ constexpr std::size_t kMostEvents = 200;
 void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
                      const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
-  // Skips a column in which nothing was measured in this session.
+  // Nothing was measured.
   if (values.empty() || (values.front() == 0 && values.back() == 0)) return;
   if (least_is_worst) std::reverse(values.begin(), values.end());
   const auto at = [&](double q) {
@@ -71,7 +71,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   put("<h3>{} ({})</h3>\n", say(key), unit);
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
-  // Writes the values of the plot also as a table, for readers who cannot see the plot.
+  // For readers who cannot see the plot.
   put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -186,8 +186,7 @@ void Page::loop_times(const LoopReport& loop) {
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // The histogram gives a quantile as the upper edge of a bin, which can exceed the largest measured value. So the
-    // quantile is limited to the largest value.
+    // A quantile is a bin's upper edge, which can exceed the largest value.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
@@ -202,8 +201,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // The logarithmic axis covers at least one decade, because a shorter axis might contain no power of ten and so no
-  // mark.
+  // At least a decade, or the axis might have no mark.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -246,7 +244,7 @@ void Page::cpu_times() {
     return static_cast<double>(us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1) + 0.5)]);
   };
   const double period = 1e6 / session_.header().servo_rate;
-  // The histogram has twelve bins per decade.
+  // Twelve bins per decade.
   const double lo = std::floor(std::log10(std::max(1e-2, static_cast<double>(us.front()))));
   const double hi = std::max(lo + 1, std::ceil(std::log10(std::max(1e-2, static_cast<double>(us.back())) * 1.0001)));
   std::vector<double> edges, counts;
@@ -274,7 +272,7 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  // The latency of the sound is not reported if the session had no sound or wrote its sound to a file.
+  // Without sound, or into a file: no latency.
   if (!heard || heard->column("latency_s").empty()) return;
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"

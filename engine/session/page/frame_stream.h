@@ -1,5 +1,4 @@
-// Access to a recorded stream that has one row per frame, for the report. The object refers to its session, so the
-// session must outlive it.
+// A recorded stream with a row per frame. The session must outlive it.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +17,7 @@ class FrameStream {
   FrameStream(const StreamSpec& spec, const StreamData& data) : spec_(&spec), data_(&data) {}
 
   std::size_t count() const { return data_->t.size(); }
-  /// Returns the values of a column, multiplied by `scale` and sorted. Unknown values are omitted.
+  /// Times `scale`, sorted, without unknown ones.
   std::vector<double> column(std::string_view name, double scale = 1) const {
     std::vector<double> values;
     for (std::size_t c = 0; c < spec_->columns.size() && c < data_->columns.size(); ++c) {
@@ -43,7 +42,7 @@ class FrameStream {
   const StreamData* data_;
 };
 
-/// Returns the stream with this name; no value if the session has no such stream or the stream has no frames.
+/// Empty without such a stream or frames.
 inline std::optional<FrameStream> frames_of(const SessionReader& session, std::string_view stream) {
   const auto& specs = session.header().streams;
   for (std::size_t i = 0; i < specs.size() && i < session.streams().size(); ++i)

@@ -1,4 +1,4 @@
-// The part of the report about implant surgery: the phases, the bed (drilled hole), and the force in each phase.
+// The report's implant part: phases, bed, forces.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s; a note that was shown for a shorter time than this is not reported
+constexpr double kLeastNoted = 0.05;  // s, shortest note reported
 
 }  // namespace
 

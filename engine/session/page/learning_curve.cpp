@@ -11,7 +11,7 @@ namespace typodont::session {
 
 namespace {
 
-/// Returns the task's title in the reader's language, or the scene's name if the task has no title.
+/// Task's title, or the scene's name.
 std::string heading_of(const SessionSummary& session, const Words& words, Language language) {
   if (!session.title.empty()) return session.title.in(language);
   return session.scene.empty() ? words.say("scene") : session.scene;
@@ -29,7 +29,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
   std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {
     return std::tie(a.date, a.file) < std::tie(b.date, b.file);
   });
-  // Only sessions with the same scene can be compared.
+  // Only sessions of one scene compare.
   std::vector<std::string> scenes;
   for (const SessionSummary& s : all) {
     if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
@@ -56,7 +56,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
                        words.number_text()),
           title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
-    // Draws the score over the sessions, with the pass mark as a line.
+    // With the pass mark as a line.
     const Score& newest = mine.back()->score;
     curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
           [](const SessionSummary& s) -> std::optional<double> {

@@ -1,4 +1,4 @@
-// Colours of the result in the report, for its pictures and for the rotatable view. The colours are sRGB, 0..255.
+// Of pictures and rotatable view; sRGB, 0..255.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,7 @@
 
 namespace typodont::session {
 
-/// Colour of each tissue, indexed by Tissue. Readers with any kind of colour blindness can distinguish the colours, as
-/// tests/unit/color_vision_test.cpp checks.
+/// By Tissue. Distinct with any colour blindness (tests/unit/color_vision_test.cpp).
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},
@@ -23,13 +22,11 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {98, 92, 110},
                                                                                 {156, 200, 206}}};
 
-/// Colours of the deviation from the ideal (target shape). Blue: too much tissue remains; grey: no deviation; red: cut
-/// too deep. Colour-blind readers can distinguish these colours.
+/// Blue: too much left; grey: none; red: too deep. Distinct for the colour-blind.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// Returns the colour of a deviation. `fraction` is -1 if the cut is too deep, 0 without deviation, and 1 if too much
-/// tissue remains.
+/// `fraction`: -1 too deep, 0 none, 1 too much left.
 inline glm::vec3 difference_color(float fraction) {
   const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];

@@ -1,6 +1,4 @@
-// The report of one session as a page. The functions are declared in the order in which their parts appear on the page.
-// The functions about the result are defined in result_parts.cpp, the functions about the course of the session in
-// course_parts.cpp, and all other functions in page.cpp.
+// One session's report, in the page's order. Result: result_parts.cpp; course: course_parts.cpp; the rest: page.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,10 +20,10 @@
 
 namespace typodont::session {
 
-/// Returns the beginning of the HTML page, from the doctype to the start of the body. The page loads no other files.
+/// Doctype to body. Loads no other files.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page, and stores the data that its parts need.
+/// Writes one page; keeps what its parts need.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);
@@ -37,7 +35,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// Draws a gauge. `mark` is the pass mark as a fraction, or negative if there is no pass mark.
+  /// `mark`: pass mark as a fraction; negative: none.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
@@ -52,21 +50,19 @@ class Page : private Words {
   void summary();
   void task();
 
-  /// The views in which the pictures show the result, and the first view of the rotatable model.
+  /// Of the pictures, and the rotatable model's first.
   struct Views {
     ModelView above, front, side, angled;
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// Returns the text for a view. It is, for example, "From the buccal side" if the scene states the tooth's
-  /// orientation, otherwise "From the front". `name` is above, front, …
+  /// "From the buccal side" with a known orientation, otherwise "From the front". `name`: above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// Returns the model as text. Positions are 16-bit fractions of the result's bounds; normals and deviations have 8
-  /// bits.
+  /// Positions: 16-bit fractions of the bounds; normals and deviations: 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -75,21 +71,21 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// Writes the phases of an exercise in implant surgery, and the force in each phase.
+  /// Implant surgery: phases, and their forces.
   void implant();
 
-  /// Returns the text of an event, in which tools and faults have names in the reader's language.
+  /// Tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();
-  /// Draws a strip below the force plot. Its colours show which tissue the head touched.
+  /// Which tissue the head touched, below the force.
   void touched();
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Writes median, 99 % quantile, 99.9 % quantile and maximum of the loop's times in a live session.
+  /// Median, 99 %, 99.9 % and maximum, of a live session.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -102,7 +98,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Writes the part about the program and the machine, which is a separate page on screen and on paper.
+  /// Program and machine, on a page of its own.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

@@ -75,8 +75,7 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
                  escaped(plot.unit));
 
-  // Draws each interval without gaps as one shape, which follows the band's upper edge (greatest values) to the right
-  // and its lower edge (least values) back to the left. Then draws the mean.
+  // Each interval without gaps is one shape: greatest values to the right, least ones back. Then the mean.
   const std::size_t n = series.mean.size();
   for (std::size_t i = 0; i < n;) {
     if (std::isnan(series.mean[i])) {
@@ -134,7 +133,7 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const double lg0 = std::log10(edges.front()), lg1 = std::log10(edges.back());
   const double decades = std::max(1.0, std::ceil(std::log10(most)));
   const auto x_of = [&](double v) { return kLeft + kPlot * (std::log10(v) - lg0) / (lg1 - lg0); };
-  // The logarithmic axis begins half a decade below a count of one, so that a bin with one tick is visible.
+  // Half a decade below one, so that one tick is visible.
   const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
   std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kWidth, kBottom + 38, escaped(label));
@@ -198,7 +197,7 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
                    y_of(*target), kW - kR, y_of(*target));
   }
   std::string line, dots;
-  const std::size_t every = 1 + values.size() / 12;  // only every n-th value has a label, so that labels do not overlap
+  const std::size_t every = 1 + values.size() / 12;  // only every n-th, so that labels do not overlap
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i % every == 0) {
       fmt::format_to(put, "<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16,

@@ -14,13 +14,12 @@ namespace typodont::session {
 
 namespace {
 
-/// Returns a number by which pictures are sorted: first "before", then "during", then "after".
+/// "before", "during", "after".
 int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
 
-/// Encodes labels as runs of equal labels: the label is in the upper four bits, and the length of the run in the lower
-/// twelve.
+/// Runs: label in the upper four bits, length in the lower twelve.
 std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
   constexpr std::size_t kLongest = 4095;
   static_assert(kTissueCount <= 16);
@@ -170,7 +169,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // `offset` and `scale` below convert the model's integer coordinates to indices of the tissue labels.
+    // From the model's integers to label indices.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -186,7 +185,7 @@ std::string Page::model_data(const Views& at) const {
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-  // The view rotates about the middle of the preparation's grid.
+  // About the middle of the grid.
   glm::vec3 focus(0);
   if (options_.preparation) {
     const Preparation& p = *options_.preparation;
@@ -203,8 +202,7 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // The section passes through the point with the largest deviation from the ideal (target shape). If there is no
-  // deviation, the section passes through the middle of the preparation's grid.
+  // Through the largest deviation, or the middle of the grid.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {
@@ -213,7 +211,7 @@ void Page::sections(const Views& at) {
     if (worst.depth > 0) through = worst.p_W;
   }
   const auto section = [&](const dvec3& along_W) {
-    const auto side = [&](const dvec3& direction) {  // name of the side that faces a viewer who looks in this direction
+    const auto side = [&](const dvec3& direction) {  // that faces a viewer who looks there
       const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
       return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
     };
@@ -268,7 +266,7 @@ void Page::items() {
       "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
       say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
       say("source"));
-  // Sorts the items by their weight in the score.
+  // By weight.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
@@ -282,7 +280,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The text catalogue translates the literature source of a default rule; the English text is the key.
+      // Key of the source of a default rule: its English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
@@ -361,7 +359,7 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
-  // An open surface encloses no volume, so a dash is shown in place of each tissue's volume.
+  // An open surface has no volume: a dash.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

@@ -1,4 +1,4 @@
-// Draws a section through the preparation with the old surface, the target shape and the result, as SVG in the page.
+// Old surface, ideal and result in a section, as SVG.
 #pragma once
 
 #include <string>
@@ -7,13 +7,12 @@
 
 namespace typodont::session {
 
-/// Labels for the left and the right side of a section, for example "distal" and "mesial". They may be empty.
+/// For example "distal" and "mesial"; may be empty.
 struct SectionSides {
   std::string left, right;
 };
 
-/// Draws the section. Its plane passes through `through_W` and contains the preparation's axis (upwards in the drawing)
-/// and `along_W` (to the right, perpendicular to the axis).
+/// Through `through_W`, with the axis upwards and `along_W`, perpendicular to it, to the right.
 std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
                         const std::string& label, const SectionSides& sides);
 

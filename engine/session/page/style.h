@@ -1,5 +1,4 @@
-// The style sheet of the report. In light and dark mode, the colours of data have a contrast of at least 3:1 to the
-// page.
+// The report's style sheet. Data has a contrast of at least 3:1 in light and dark mode.
 #pragma once
 
 namespace typodont::session {

@@ -1,4 +1,4 @@
-// Formats texts, numbers and quantities in the reader's language.
+// In the reader's language.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace typodont::session {
 struct Words {
   Language language = Language::kEnglish;
 
-  /// Returns a text of the catalogue with its placeholders filled in. The texts contain no markup.
+  /// With placeholders filled; no markup.
   template <class... Args>
   std::string say(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
@@ -38,8 +38,7 @@ struct Words {
     }
     return value;
   }
-  /// Returns the points of a score as text. If the pass mark is missed, they are red and have a cross for colour-blind
-  /// readers. They are rounded down, because rounding up could show a missed pass mark as reached.
+  /// Rounded down, or a missed pass mark could look reached. Missed: red, with a cross for the colour-blind.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
     return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
@@ -53,7 +52,7 @@ struct Words {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);
   }
-  /// Converts a date in ISO format to the form "2025-01-02 03:04 UTC".
+  /// ISO to "2025-01-02 03:04 UTC".
   std::string date(const std::string& iso) const {
     if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
     return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");
