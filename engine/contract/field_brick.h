@@ -1,4 +1,4 @@
-// A block of the distance field that the carver sends from its sparse volume to the surface mesher.
+// A block of the distance field, from the carver's volume to the surface mesher.
 #pragma once
 
 #include <array>
@@ -10,9 +10,8 @@
 
 namespace typodont {
 
-/// A brick: 16³ cells of the distance field, with one more layer of samples around them. Cell (i,j,k) of the brick
-/// `key` has its corners at the voxels 16·key + (i,j,k) and 16·key + (i+1,j+1,k+1). Sample (x,y,z) of the arrays (each
-/// index 0..18) is the voxel 16·key − 1 + (x,y,z); x is the slowest index.
+/// 16³ cells and one more layer of samples. Cell (i,j,k) of brick `key` spans the voxels 16·key + (i,j,k) and 16·key +
+/// (i+1,j+1,k+1). Sample (x,y,z), 0..18 each, is voxel 16·key − 1 + (x,y,z); x is slowest.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -24,15 +23,13 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  /// voxels, signed distance to the surface, negative inside the tissue; absolute values are limited to the largest
-  /// distance that the volume stores (the band)
+  /// voxels, negative inside, limited to the volume's band
   std::array<float, kCount> distance;
-  // label of each sample; kAir far from all tissue, and in the whole brick if it contains no surface
+  // kAir far from all tissue, and everywhere without a surface
   std::array<Tissue, kCount> tissue;
 };
 
-/// Position of the voxel grid in frame W: p_W = origin + voxel · index. The distance field and the tissue labels have
-/// the same grid.
+/// p_W = origin + voxel · index, for distances and labels.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in frame W
   double voxel = 1e-4;         // m, edge of a voxel

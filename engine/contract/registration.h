@@ -1,4 +1,4 @@
-// The result of the registration between the display and the haptic device.
+// Registration of display and haptic device.
 #pragma once
 
 #include <array>
@@ -7,12 +7,11 @@
 
 namespace typodont {
 
-/// The pose X_WH of the haptic base in the workbench frame W, and its uncertainty: the 6×6 covariance (row-major) of
-/// the rotation vector in rad and the translation in m.
+/// X_WH of the haptic base, with the 6×6 covariance (row-major) of rotation vector, rad, and translation, m.
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};
-  double sigma = 0;  // m, standard deviation of the error of one touched point, along each axis
+  double sigma = 0;  // m, standard deviation per axis of a touched point
 };
 
 }  // namespace typodont

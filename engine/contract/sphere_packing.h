@@ -1,4 +1,4 @@
-// A tissue as a packing of spheres. The packer creates the packing, files store it, and a contact model reads it.
+// From the packer to files and a contact model.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,8 @@
 
 namespace typodont {
 
-/// Spheres inside the tissue that do not overlap, in frame W. Sphere i has center[i], radius[i] and tissue[i]. The
-/// packer places larger spheres first, and the spheres are stored in this order. The packer works on a grid, so the
-/// order of the radii is exact only to the grid's resolution.
+/// No overlaps, W. Sphere i: center[i], radius[i], tissue[i]. Larger ones first, exact to the resolution of the
+/// packer's grid.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, frame W, centre of each sphere
   std::vector<double> radius;  // m, radius of each sphere; always above 0
@@ -19,12 +18,12 @@ struct SpherePacking {
 
   std::uint64_t seed = 0;         // seed of the packer's random numbers
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue that was packed
-  double max_radius = 0;          // m, largest radius that the packer was allowed to use
-  double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
-  PerTissue solid_volume{};       // m³, volume of each tissue; the spheres fill only a fraction of it
+  double max_radius = 0;          // m, that the packer could use
+  double largest_hole = 0;        // m, largest sphere that still fits
+  PerTissue solid_volume{};       // m³ per tissue; spheres fill part of it
 
   std::size_t size() const { return radius.size(); }
-  /// Returns the volume of the spheres in each tissue, m³.
+  /// m³ per tissue.
   PerTissue sphere_volume() const {
     PerTissue sum{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -33,7 +32,7 @@ struct SpherePacking {
     }
     return sum;
   }
-  /// Returns the fraction of the tissue's volume that the spheres fill, 0 to 1.
+  /// Of the tissue's volume, 0 to 1.
   double coverage() const {
     double spheres = 0, solid = 0;
     for (const double v : sphere_volume()) spheres += v;

@@ -1,18 +1,17 @@
-// A suction tip in the user's other hand: a tube with a slanted opening. The thread of that hand publishes it, and the
-// renderer draws it.
+// In the other hand, a tube with a slanted opening; its thread publishes it for the renderer.
 #pragma once
 
 #include "engine/base/pose.h"
 
 namespace typodont {
 
-/// A suction tip. The origin of its frame S is the middle of the opening, and z points along the tube, away from the
-/// opening. S is also the tool frame of the hand that holds the tip. Trivially copyable.
+/// Frame S: origin in the middle of the opening, z along the tube away from it; also the hand's tool frame. Trivially
+/// copyable.
 struct SuctionTip {
   Pose X_WS;
-  double opening = 0;     // m, inner diameter of the tube; 0 if there is no tip
+  double opening = 0;     // m, inner; 0: no tip
   double wall = 0.5e-3;   // m, thickness of the tube's wall
-  double slant = 0;       // rad, angle between the opening and the tube's cross-section
+  double slant = 0;       // rad, from the tube's cross-section
   double length = 70e-3;  // m, length of the tube
 };
 

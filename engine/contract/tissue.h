@@ -1,4 +1,4 @@
-// The tissues that can be drilled, and their material properties.
+// Tissues and their material properties.
 #pragma once
 
 #include <array>
@@ -10,8 +10,7 @@
 
 namespace typodont {
 
-/// Label of a voxel. File formats store these numbers (grid "tissue" of a .vdb, columns of the ticks). So a new tissue
-/// may only be added at the end.
+/// File formats store these numbers (grid "tissue" of a .vdb, ticks): add at the end only.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,
@@ -26,14 +25,13 @@ enum class Tissue : std::uint8_t {
 };
 inline constexpr int kTissueCount = 10;
 
-/// Returns the name of a tissue in all files, for example "enamel" or "cortical_bone".
+/// In all files, for example "enamel", "cortical_bone".
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
-/// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
+/// SI, from assets/materials/, which cites a source for each.
 struct Material {
-  // N/m, contact stiffness of this tissue if the coupling has a stiffness of 1000 N/m; for another coupling, the
-  // contact stiffness changes in proportion
+  // N/m, at a coupling of 1000 N/m, in proportion for others
   double stiffness = 1e3;
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
@@ -43,11 +41,10 @@ struct Material {
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 
-/// A quantity for each tissue, for example the removed volume in m³.
+/// For example m³ removed.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// Returns the sum of the quantity over all tissues. The order of the additions is that of the tissues, so the bits are
-/// always the same.
+/// In the tissues' order, so always the same bits.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

@@ -5,7 +5,7 @@
 namespace typodont {
 
 namespace {
-// if the new tolerance differs from the old one by more than this factor, the tooth is meshed again
+// ratio of tolerances, beyond which the tooth is meshed again
 constexpr float kStep = 1.3f;
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Replaces the picture size of one eye that the rig file states.
+// Another size of an eye's picture than the rig file's.
 #pragma once
 
 #include <string>
@@ -7,11 +7,10 @@
 
 namespace typodont {
 
-/// Parses the value "WIDTHxHEIGHT" of the option --size: the size of one eye's picture in pixels. Throws Error.
+/// "WIDTHxHEIGHT" of --size, pixels of one eye. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// Sets the size of one eye's picture (`eye`, pixels) in the display rig. The size of the panel is computed from it and
-/// the layout.
+/// The panel's size follows from `eye` (pixels) and the layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

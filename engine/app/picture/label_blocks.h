@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks. Each block stores which tissues it contains. The labels themselves are
-// stored only for blocks in which labels are looked up. For the thread that owns the tissue.
+// Tissue labels near the surface, in blocks that know their tissues. Labels are stored only where they are looked up.
+// The tissue's thread only.
 #pragma once
 
 #include <array>
@@ -17,29 +17,26 @@ namespace typodont {
 class LabelBlocks {
  public:
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
-  /// Discards all blocks of labels, because the volume may have changed.
+  /// The volume may have changed.
   void forget();
-  /// Finds the tissues of the blocks that contain the voxels from `low` to `high`. These blocks are called the present
-  /// blocks.
+  /// Blocks around the voxels `low` to `high` become the present blocks.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Returns the origin (voxels) of the coordinates that at() expects. Within the present blocks, these coordinates are
-  /// positive.
+  /// Voxels; coordinates of at() are positive in the present blocks.
   const glm::ivec3& origin() const { return origin_; }
-  /// Returns the label of a voxel of the present blocks. `volume` must be that of look_at().
+  /// In the present blocks. The same `volume` as in look_at().
   Tissue at(const haptics::TissueVolume& volume, const glm::ivec3& i) {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
     Block& block = *around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)];
     if (!block.labels) read(volume, block);
     return (*block.labels)[static_cast<std::size_t>(in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// A set of tissues: bit t is set if tissue t belongs to the set.
+  /// Bit t: tissue t.
   using Tissues = std::uint16_t;
   static_assert(kTissueCount <= 16);
   static constexpr Tissues set_of(Tissue tissue) { return static_cast<Tissues>(1u << static_cast<int>(tissue)); }
-  /// Returns true if the present blocks contain exactly one tissue besides air.
+  /// Besides air.
   bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
-  /// Returns true if a voxel from `low` to `high` (coordinates as for at()), or near this box, has another label than
-  /// those of `expected`. False: no voxel in the box has another label.
+  /// In or near the box (coordinates of at()). False: certainly none.
   bool may_contain_others(const glm::ivec3& low, const glm::ivec3& high, unsigned expected) const {
     const glm::ivec3 first = low >> kCubeShift, last = high >> kCubeShift;
     unsigned found = 0;
@@ -52,27 +49,27 @@ class LabelBlocks {
 
  private:
   static constexpr int kShift = 4, kSide = 1 << kShift, kMask = kSide - 1;
-  static constexpr int kCubeShift = kShift - 1;  // a block consists of 2³ cubes of 8³ voxels
+  static constexpr int kCubeShift = kShift - 1;  // 2³ cubes of 8³ voxels
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     glm::ivec3 key{0};
-    std::array<Tissues, 8> cubes{};  // the tissues in each cube; the index of cube (x, y, z) is 4x + 2y + z
+    std::array<Tissues, 8> cubes{};  // index 4x + 2y + z
     const Labels* labels = nullptr;  // null: not read yet
   };
 
   Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  /// Returns the tissues whose look these tissues get in pictures.
+  /// As they look in pictures.
   Tissues drawn(Tissues tissues) const;
   /// Reads the labels of a block.
   void read(const haptics::TissueVolume& volume, Block& block);
 
   DrawnAs drawn_as_;
   std::unordered_map<std::uint64_t, Block> known_;
-  /// labels of blocks; only the first `used_` are valid, the others are unused memory for later blocks
+  /// the first `used_` are valid, the rest is spare memory
   std::vector<std::unique_ptr<Labels>> labels_;
   std::size_t used_ = 0;
   std::vector<Block*> around_;
-  std::vector<Tissues> cubes_;  // the tissues in each cube of the present blocks
+  std::vector<Tissues> cubes_;  // per cube of the present blocks
   Tissues all_ = 0;             // the tissues in all present blocks
   glm::ivec3 origin_{0}, count_{0};
 };

@@ -1,5 +1,4 @@
-// Magnifies the picture of the tissue: moves screen and eyes of the display rig, so that the user sees the tissue
-// larger.
+// A larger picture of the tissue by moving the rig's screen and eyes.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -7,9 +6,8 @@
 
 namespace typodont {
 
-/// Applies the key "magnify" of the rig file. Moves screen and eyes towards the point that the rig states, or towards
-/// the middle of the tissue's upper side. Logs the effect on co-location (picture and hand at one place). A headset
-/// magnifies in its own code, so it does not use this function.
+/// "magnify" of the rig file: towards the rig's point, or the middle of the tissue's top. Logs the effect on
+/// co-location. Headsets magnify themselves.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

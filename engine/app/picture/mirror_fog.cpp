@@ -7,8 +7,7 @@ namespace typodont {
 
 namespace {
 
-/// Returns true if the bur's water jet hits the mirror's glass: the bur is in front of the glass, at a distance of at
-/// most `reach` (m).
+/// The bur is in front of the glass, within `reach` (m).
 bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
   const dvec3 from = inverse(mirror.X_WM) * p_WT;
   return from.z > 0 && from.z < reach && std::hypot(from.x, from.y) < 0.5 * mirror.diameter;
@@ -18,9 +17,7 @@ bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
 
 void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& air) {
   const bool held = mirror.diameter > 0, warming = held && air.in_mouth;
-  // The rate at which breath fogs the glass depends on the glass's temperature. For the whole time step, it is computed
-  // from the mean of the temperatures at the start and at the end of the step. This is exact enough, because the glass
-  // warms slowly.
+  // Fogging depends on the glass's temperature: the mean over the step, exact enough because glass warms slowly.
   const double goal = warming ? 0 : 1, before = cold_;
   cold_ = goal + (cold_ - goal) * std::exp(-dt / law_.warm_time);
   double up = warming ? 0.5 * (before + cold_) / law_.breath_time : 0, down = 1 / law_.dry_time;
@@ -29,8 +26,7 @@ void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& a
     up += air.water / (law_.mist_time * (1 + away) * (1 + away));
     if (rinsed(mirror, air.p_WT, law_.rinse_reach)) down += air.water / law_.rinse_time;
   }
-  // Solves the differential equation d fog/dt = up (1 − fog) − down fog for constant rates `up` (fogging) and `down`
-  // (clearing), 1/s.
+  // d fog/dt = up (1 − fog) − down fog, for constant rates, 1/s.
   const double rate = up + down, balance = up / rate;
   fog_ = balance + (fog_ - balance) * std::exp(-rate * dt);
 }
@@ -40,7 +36,7 @@ double MirrorFog::fog() const {
 }
 
 MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
-  // m, a glass that is nearer than this to the patient's mouth is assumed to be inside the mouth
+  // m from the patient's mouth, within which a glass is inside
   constexpr double kMouth = 50e-3;
   return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,

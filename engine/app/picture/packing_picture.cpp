@@ -8,12 +8,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // width of the picture, divided by the width of the packing
+constexpr double kMargin = 1.05;  // of the picture, in widths of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
-constexpr double kAmbient = 0.25;  // fraction of a sphere's colour that remains where the sphere is in shadow
+constexpr double kAmbient = 0.25;  // of the colour, in shadow
 
-/// Draws spheres into a square part of the picture. Only spheres whose centre has y >= `front` are drawn. `left`: first
-/// pixel column of the square.
+/// In a square from pixel column `left`; spheres with centres at y >= `front`.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,
           const dvec3& middle, double metres_per_pixel, double front) {
   const int n = picture.size.y;

@@ -1,5 +1,4 @@
-// Draws a packing (tissue as spheres) from outside and as a section, so that a person can check it. Not for the
-// servo thread.
+// A packing from outside and as section, to be checked by eye. Not for the servo thread.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"
@@ -7,9 +6,7 @@
 
 namespace typodont {
 
-/// Draws two views along the y axis of frame W, with z up. The left view shows all spheres, the right view only the
-/// spheres behind the middle. A sphere has the colour of its tissue. `pixels`: height of the picture, which is twice as
-/// wide.
+/// Along y of W, z up: all spheres, and those behind the middle. `pixels`: height; twice as wide.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

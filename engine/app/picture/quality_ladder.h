@@ -1,5 +1,4 @@
-// Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time,
-// unless the user has chosen a fixed level. Render thread only.
+// Lower quality while frames take too long, higher when there is time, unless a level is fixed. Render thread only.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +10,13 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// `slow`, `quick`: s. If the running mean of the frame times is longer than `slow`, the quality is lowered; if it is
-  /// shorter than `quick`, the quality is raised. If a raised quality proves too slow, the wait before the next raise
-  /// becomes longer. The default of `slow` is a little less than 1/30 s, so that 30 frames per second are reached.
-  /// `first`: quality level at the start.
+  /// s of running mean: lower above `slow` (default: 30 frames per second), higher below `quick`. After a failed raise
+  /// the next one waits longer. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Makes a ladder for software rendering, which starts at a quality that a CPU can draw. A frame of the next better
-  /// quality takes up to twice as long. So the quality is raised only if the mean time of a frame is less than 1/75 s.
+  /// For software rendering. The next better level takes up to twice as long, so it needs a mean below 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
-  /// Makes a ladder that stays at the level with this name. `level` must be a name in render::kQualityLadder.
+  /// `level`: of render::kQualityLadder.
   static QualityLadder fixed_at(std::string_view level) {
     const auto found = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),
                                     [&](const render::Quality& q) { return q.name == level; });
@@ -29,18 +25,17 @@ class QualityLadder {
     return ladder;
   }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  // returns the index of the present quality level; 0 is the best
+  // 0 is the best
   int place() const { return static_cast<int>(step_); }
   int changes() const { return changes_; }
   bool fixed() const { return fixed_; }
-  double slow() const { return slow_; }  // returns the time (s) of a frame above which the quality is lowered
-  /// Evaluates the time of a frame. Returns true if the level changed. Call it only for frames that were drawn.
+  double slow() const { return slow_; }  // s, above which quality falls
+  /// True: the level changed. Only for drawn frames.
   bool frame_took(double seconds) {
     if (fixed_) return false;
-    // The first frames of a quality level are not timed, because they include the creation of its graphics pipelines.
+    // The first frames of a level create pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // A frame's time is limited before it is added to the mean. So one very late frame alone does not lower the
-    // quality.
+    // Limited, so that one late frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -53,10 +48,10 @@ class QualityLadder {
   }
 
  private:
-  // s, default of `slow`: if the mean time of a frame is longer than this, the quality is lowered
+  // s, default of `slow`
   static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       /// longest wait before the quality is raised again, as a number of frames
+                       /// frames, longest wait for a raise
       kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {
@@ -69,14 +64,13 @@ class QualityLadder {
     return true;
   }
 
-  /// s; if the mean time of a frame is longer than slow_, the quality is lowered; if it is shorter than quick_, the
-  /// quality is raised
+  /// s, means for lower and higher quality
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
   bool fixed_ = false;  // true: the level never changes
-  bool tried_ = false;  // true: the last change of the level raised the quality
-  double mean_;         // s, running mean of the time of a frame
+  bool tried_ = false;  // the last change raised the quality
+  double mean_;         // s, running
 };
 
 }  // namespace typodont

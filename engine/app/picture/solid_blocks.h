@@ -1,5 +1,4 @@
-// Stores which samples of the volume now lie in tissue, in blocks of 8³ samples. Each block is read only once, when it
-// is needed. For the thread that owns the tissue.
+// Which samples lie in tissue, in blocks of 8³ that are read once when needed. The tissue's thread only.
 #pragma once
 
 #include <array>
@@ -14,18 +13,17 @@ namespace typodont {
 
 class SolidBlocks {
  public:
-  /// Indices of four voxels, one in each lane of the vector registers.
+  /// Four indices, one per lane.
   struct Voxels {
     FourInts x, y, z;
   };
 
-  /// Discards all blocks, because the volume may have changed.
+  /// The volume may have changed.
   void forget() {
     blocks_.clear();
     recent_.fill({});
   }
-  /// Returns a bit mask: bit i is 1 if voxel i lies in tissue. The function tests only the first `count` voxels, and
-  /// the other bits are 0. All calls between two calls of forget() must pass the same volume.
+  /// Bit i: voxel i, of the first `count`, lies in tissue. The same volume between two forget().
   unsigned solid(const haptics::TissueVolume& volume, const Voxels& voxels, int count) {
     const FourInts x = voxels.x >> 3, y = voxels.y >> 3, z = voxels.z >> 3;  // the blocks of the voxels
     const FourInts place = (x & kLow) << 2 * kLowBits | (y & kLow) << kLowBits | (z & kLow);
@@ -41,9 +39,8 @@ class SolidBlocks {
   }
 
  private:
-  // The low bits of a block's indices select its place in `recent_`. The samples around one brick (mesh block) lie in
-  // at most 8³ blocks, so each of these blocks has its own place. The next bits are the tag. No volume has more than
-  // 2^13 blocks along an axis.
+  // Low bits select the place in `recent_`: a brick's samples lie in at most 8³ blocks, so each has its own. The next
+  // bits are the tag; no axis has more than 2^13 blocks.
   static constexpr int kLowBits = 3, kLow = (1 << kLowBits) - 1, kHighBits = 10;
   static FourInts high_bits(const FourInts& key) { return key >> kLowBits & ((1 << kHighBits) - 1); }
   struct Recent {
@@ -58,7 +55,7 @@ class SolidBlocks {
   }
 
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // the last block that was used at each place
+  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // last block per place
 };
 
 }  // namespace typodont

@@ -69,19 +69,16 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-// voxels, the program searches for another tissue below a vertex only up to this depth
+// voxels below a vertex, searched for another tissue
 constexpr int kSearchDepth = 14;
-// Voxels. A vertex counts as cut if the tissue, before it was cut, reached at least this far above the vertex.
-// Shallower cuts are not recognised. With a larger value, the natural fissures (narrow grooves) of a tooth would count
-// as cuts, because the opposite wall of a fissure is near.
+// Voxels that tissue reached above a vertex to count as cut. More, and fissures would count: their opposite wall is
+// near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of existing bricks (mesh blocks) that one update meshes again after a change of the tolerance. So few
-    // bricks take only some milliseconds, and do not delay the carver thread's next copy of the tissue for the servo.
+    // bricks meshed again per update after a change of tolerance: some milliseconds, no delay for the servo's next copy
     32;
 
-/// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
-/// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
+/// m through which an inner colour shows: dentin and caries through enamel, pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -95,12 +92,12 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
-/// Rounds down each number. The conversion to integers rounds towards zero, so negative numbers are corrected.
+/// Conversion rounds towards zero: negative numbers are corrected.
 FourInts rounded_down(const Four& v) {
   const FourInts i = __builtin_convertvector(v, FourInts);
   return i + (v < __builtin_convertvector(i, Four));  // each lane of a true comparison is −1
 }
-/// Returns the voxels that contain four points.
+/// Of four points.
 SolidBlocks::Voxels voxels_with(const Four& x, const Four& y, const Four& z) {
   return {rounded_down(x), rounded_down(y), rounded_down(z)};
 }
@@ -115,12 +112,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points on a line into the tissue; a usual gap in the tissue is wider than this,
-  // so it contains a test point
+  // voxels between test points; usual gaps are wider
   constexpr float kProbe = 3.5f;
   constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // depths of the test points
   static_assert(4 * kProbe >= kSearchDepth);
-  constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
+  constexpr float kBeside = 2;  // voxels, of four more test points beside each line
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   const int probes = static_cast<int>(most / kProbe);
   for (render::Vertex& v : update.vertices) {
@@ -130,17 +126,15 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
-    // bits of the first `count` test points at the depths `ways` that lie in tissue
+    // bits of the first `count` test points at depths `ways` in tissue
     const auto solid_at = [&](const Four& ways, int count) {
       return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
                           count);
     };
-    // At the edge of a thick body, the line of test points can leave the body through its side. This is no gap. A gap
-    // counts only if the four test points around the line are also empty.
+    // The line can leave a thick body through its side: a gap needs the four points around to be empty too.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // The four test points are the corners of a square around `place`. The sides of the square are oblique to the
-      // voxel grid.
+      // Corners of a square around `place`, oblique to the grid.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
@@ -169,8 +163,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
-  // Finds the box of voxels whose tissue labels are needed: the voxels below the vertices, and a few around them.
-  std::array<float, kTissueCount> reach_below;  // voxels, depth below a vertex down to which labels are needed
+  // Voxels below the vertices and a few around them need labels.
+  std::array<float, kTissueCount> reach_below;  // voxels below a vertex
   for (int t = 0; t < kTissueCount; ++t)
     reach_below[static_cast<std::size_t>(t)] = static_cast<float>(
         std::min(translucency_depth(static_cast<Tissue>(t)) / voxel, static_cast<double>(kSearchDepth)));
@@ -182,17 +176,15 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // If there is only one tissue, no other tissue is visible through the surface, and there is no boundary between
-  // tissues to draw.
+  // Nothing shows through, and no border to draw.
   if (labels_.one_tissue()) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Each voxel has one label, so the boundary between two tissues has steps. To avoid these steps, the boundary is
-      // drawn where the smoothed fractions of both tissues are equal.
+      // One label per voxel makes steps: the border is drawn where smoothed fractions are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis; r: distance in voxels
+      float weight[3][5];  // exp(−0.6 r²) as product of axes; r: voxels
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -213,14 +205,11 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the present blocks of tissue labels, all coordinates are positive, so the conversion to integers rounds
-    // down.
+    // Coordinates are positive here, so conversion rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
-    // At a vertex of dentin beside enamel, the enamel is treated as a layer of thickness zero over the dentin. So this
-    // vertex has the colour of the dentin. The shader interpolates the colours from this vertex to the enamel's
-    // vertices, so no step of colour is visible.
+    // Dentin beside enamel: enamel of thickness zero over dentin, so the interpolated colour has no step.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
@@ -231,8 +220,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       continue;
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // Between the last two points of the search, a deeper tissue begins. Finds the depth of this boundary by
-      // bisection, with a precision of an eighth of a voxel.
+      // A deeper tissue begins between the last two points: bisection to an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);
@@ -244,8 +232,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Caries that begins one or two voxels below the vertex is the edge of a lesion that reaches the surface. The
-      // surface already shows this lesion. Only deeper caries is drawn as a lesion below the surface.
+      // Caries one or two voxels below is the edge of a lesion that the surface already shows.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

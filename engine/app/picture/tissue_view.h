@@ -1,6 +1,5 @@
-// Converts the changed bricks (mesh blocks) of the tissue to triangles for the renderer. A tissue that is a triangle
-// mesh itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the distance
-// field. For the thread that owns the tissue.
+// Changed bricks as triangles for the renderer: a mesh's own (mesh_lod, vertex), or meshed from the distance field. The
+// tissue's thread only.
 #pragma once
 
 #include <filesystem>
@@ -20,37 +19,32 @@
 
 namespace typodont {
 
-/// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
-/// `progress` receives the completed fraction 0..1; the function `progress` may throw an exception to stop the meshing.
+/// With shared vertices. `tolerance`: voxels. `progress`: 0..1, may throw to stop.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
-/// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
+/// From TissueSurface::mesh. Voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// A copy of the tissue, which can be saved while the carver thread continues to work.
+/// Can be saved while the carver goes on.
 struct TissueCopy {
   haptics::TissueVolume volume;
-  std::optional<haptics::TissueMesh> own;  // the tissue's own triangles, if it is a mesh
+  std::optional<haptics::TissueMesh> own;  // if it is a mesh
 };
 TissueCopy copy_of(haptics::Carver& carver);
-/// Writes the volume to `file` (.vdb). If the tissue is a mesh, also writes its triangles in millimetres to a file
-/// beside it, NAME_surface.stl. Throws Error.
+/// `file` (.vdb), and for a mesh NAME_surface.stl in mm beside it. Throws Error.
 void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: states for each tissue as
-  /// which tissue it is drawn (a scene can hide a lesion in this way).
+  /// `tolerance`: voxels from the surface. `drawn_as`: look of each tissue, to hide a lesion.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// Returns all bricks (mesh blocks) in the first call, and later the bricks that have changed since the last call.
-  /// Positions are in m from the volume's origin.
+  /// All bricks first, later the changed ones. m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Returns all bricks (mesh blocks) in the first call, and later the changed bricks. The tissue is that of the carver
-  /// (its owner). If the tissue itself is a triangle mesh, the bricks contain its triangles.
+  /// The same for the carver's tissue, with its own triangles if it is a mesh.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Sets another tolerance. Each later call of update() meshes some of the existing bricks (mesh blocks) again.
+  /// Later updates mesh some existing bricks again.
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
@@ -58,18 +52,18 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Computes Vertex::cut (the part of the surface that was cut) and Vertex::thin (how thin the tissue below it is).
+  /// Vertex::cut and Vertex::thin.
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // tissue labels around the bricks (mesh blocks) of the present update
-  SolidBlocks solid_;   // for each sample around the bricks (mesh blocks) of the present update: is it in tissue?
+  LabelBlocks labels_;  // around the present update's bricks
+  SolidBlocks solid_;   // the same: which samples are in tissue
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
-  bool another_tolerance_ = false;    // true: the tolerance has changed since the last update
-  std::vector<glm::ivec3> outdated_;  // bricks (mesh blocks) that are not yet meshed with the new tolerance
+  bool another_tolerance_ = false;    // changed since the last update
+  std::vector<glm::ivec3> outdated_;  // not yet at the new tolerance
 };
 
 }  // namespace typodont
