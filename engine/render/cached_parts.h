@@ -1,4 +1,4 @@
-// Writes values to a cached file (engine/base/cache.h), and reads them from it in the same order.
+// Values in a cached file (engine/base/cache.h), written and read in the same order.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace typodont::render {
 
-/// Writes values to a file. `each_part(use)` calls use(address, size in bytes) for the memory of each value, until a
-/// call returns false; it returns false if a call did. Throws Error.
+/// `each_part(use)` calls use(address, bytes) for each value until one returns false, and then returns false. Throws
+/// Error.
 template <class EachPart>
 void write_parts(const std::filesystem::path& file, EachPart&& each_part) {
   std::ofstream out(file, std::ios::binary);
@@ -19,8 +19,7 @@ void write_parts(const std::filesystem::path& file, EachPart&& each_part) {
   if (!each_part(put) || !out.flush()) throw Error(file.string(), "", "not written", "a writable place");
 }
 
-/// Reads the values that write_parts() has written. Returns false if `file` is empty, or if a value cannot be read. The
-/// cache has checked the file's content.
+/// What write_parts() wrote. False: `file` is empty, or a value is unreadable. The cache has checked the content.
 template <class EachPart>
 bool read_parts(const std::filesystem::path& file, EachPart&& each_part) {
   if (file.empty()) return false;

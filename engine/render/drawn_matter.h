@@ -1,5 +1,4 @@
-// Materials of bodies that are only drawn. Their numbers continue the numbers of contract/tissue.h, but they are not
-// tissues: they occur only in render::Vertex, never in a field, a file or a force.
+// Materials that are only drawn. Numbers follow contract/tissue.h, but occur only in render::Vertex.
 #pragma once
 
 #include <array>
@@ -11,10 +10,10 @@ namespace typodont::render {
 
 inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{kTissueCount + 2},
     kRubber{kTissueCount + 3}, kAcrylic{kTissueCount + 4}, kPlastic{kTissueCount + 5};
-// number of tissues and materials; also the length of the arrays in shared.h
+// tissues and materials; length of the arrays in shared.h
 inline constexpr int kMatterCount = kTissueCount + 6;
 
-/// Returns the name of a tissue or material in files, for example "enamel" or "rubber". `index`: 0 to kMatterCount - 1.
+/// In files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.
 inline std::string_view matter_name(int index) noexcept {
   constexpr std::array<std::string_view, kMatterCount - kTissueCount> kNames = {"mucosa", "tongue",  "skin",
                                                                                 "rubber", "acrylic", "plastic"};

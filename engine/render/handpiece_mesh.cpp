@@ -16,27 +16,25 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// distance between neighbouring rings of mesh corners on a smooth part of a handpiece, divided by the wanted length of
-// a triangle's side
+// between rings on smooth parts, in triangle sides
 constexpr double kLongStep = 2;
-// rad; if the angle between two pieces of the outline is larger than this, they meet in a sharp edge
+// rad between pieces of the outline, from which it is an edge
 constexpr double kSharp = 35 * kDegree;
-constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a coloured band on a handpiece
+constexpr double kBandEdge = 0.02e-3;        // m, soft edge of a coloured band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
 
-/// A circular cross-section of a part, and its position along the part's path.
+/// And its position along the path.
 struct Ring {
   double x, z, radius;
-  double s;  // m, position of the ring along the part's path
+  double s;  // m along the path
 };
 
-/// Returns the value at t of the Catmull-Rom curve through the four values a, b, c and d; t is 0 at b and 1 at c.
+/// Catmull-Rom through a, b, c, d; t = 0: b, 1: c.
 double through(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/// Returns the part's rings with their positions along the path. Additional rings are inserted on smooth curves, and at
-/// the ends of bands and of the knurl.
+/// With more rings on smooth curves, and at the ends of bands and knurl.
 std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   std::vector<Ring> fine;
   const auto& given = part.rings;
@@ -74,7 +72,7 @@ std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   return out;
 }
 
-/// Adds one copy of a part, rotated about z by `turn` (rad). `side`: m, wanted length of the triangles' sides.
+/// Rotated about z by `turn` (rad). `side`: m, of triangles.
 void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, double side) {
   const std::vector<Ring> rings = rings_of(part, side);
   double widest = 0, off_axis = 0;
@@ -86,8 +84,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Returns the unit direction (x, z) of the part's path at a ring. If the part lies around the tool's axis, its rings
-  // may have any order along z, so the direction is always +z.
+  // Unit direction (x, z). Around the tool's axis rings come in any order of z: always +z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -95,8 +92,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     while (hi + 1 < n && rings[hi].s - rings[i].s < 1e-9) ++hi;
     return glm::normalize(dvec2(rings[hi].x - rings[lo].x, rings[hi].z - rings[lo].z));
   };
-  // Returns the unit normal of the outline between ring i and the next ring. Component x points away from the path,
-  // component y along the path.
+  // Unit normal from ring i to the next: x away from the path, y along it.
   const auto slope = [&](std::size_t i) {
     const Ring &a = rings[i], &b = rings[i + 1];
     const double along = off_axis == 0 ? b.z - a.z : b.s - a.s, out = b.radius - a.radius;
@@ -111,8 +107,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // The first and the last corner of a ring are the same point in space, but have different coordinates around the
-    // part (member `grip`).
+    // First and last corner are one point with different `grip`.
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;
@@ -130,7 +125,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     return static_cast<std::uint32_t>(mesh.vertices.size()) - static_cast<std::uint32_t>(around) - 1;
   };
   const auto corner = [&](std::uint32_t ring, int k) { return ring + static_cast<std::uint32_t>(k); };
-  // A ring between two pieces of the outline that meet in an edge is stored twice, once with the normal of each piece.
+  // At an edge the ring is stored twice, with each normal.
   std::uint32_t from = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const dvec2 here = slope(i);
@@ -148,7 +143,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     }
     from = to;
   }
-  // Adds the flat discs that close the part at both ends.
+  // Flat discs at both ends.
   for (const bool last : {false, true}) {
     const std::size_t i = last ? n - 1 : 0;
     if (rings[i].radius <= 0) continue;
@@ -167,8 +162,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// Returns the round cone between the first and the last of these rings. The radius at each end of the cone is the
-/// largest radius of the rings in that half of the path.
+/// First to last ring; each radius is the largest in its half of the path.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

@@ -1,4 +1,4 @@
-// Appearance of each tissue. Colours come from the scene's materials; the optical parameters are listed here.
+// How tissues look. Colours come from the scene's materials, optics from here.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,11 @@ namespace typodont::render {
 struct Look {
   dvec3 color{1, 1, 1};  // sRGB
   double roughness = 0.5;
-  double translucency = 0;  // scattering of light in the tissue, 0 (chalk) to 1 (wax)
+  double translucency = 0;  // 0 (chalk) to 1 (wax)
   double metal = 0;
   double wetness = 0;  // strength of the water film on the surface
   double index = 1.5;  // refractive index
-  // 1/m, number of scattering and absorption events per distance of red, green and blue light, with isotropic
-  // scattering (reduced scattering + absorption); infinite: opaque. The values are those of
-  // tests/reference/tissues.json.
+  // 1/m, reduced scattering + absorption, red, green, blue; infinite: opaque. As tests/reference/tissues.json.
   dvec3 extinction{std::numeric_limits<double>::infinity()};
 };
 
@@ -36,9 +34,7 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   const auto scatters = [&](Tissue t, double red, double green, double blue) {
     looks[static_cast<std::size_t>(t)].extinction = 1e3 * dvec3(red, green, blue);
   };
-  // The softer caries is, the darker it is drawn. Caries with a stiffness of 0.3 N/mm is drawn in the colour that the
-  // scene's material states. With 0.5 N/mm, which is nearly the stiffness of dentin, caries is light brown. With 0.1
-  // N/mm, caries is nearly black.
+  // Softer caries is darker: 0.3 N/mm in the material's colour, 0.5 (nearly dentin) light brown, 0.1 nearly black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
@@ -75,15 +71,14 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   return looks;
 }
 
-/// Returns the reflectance of a dry surface at normal incidence, by Fresnel's equations; 1 for metal.
+/// Dry, at normal incidence, by Fresnel; 1 for metal.
 inline double dry_reflectance(const Look& look) {
   const double r = (look.index - 1) / (look.index + 1);
   return look.metal > 0.5 ? 1.0 : r * r;
 }
 
-/// Returns the fraction of diffuse light that the surface of a tissue or its film of saliva reflects; 0 for metal,
-/// whose colour contains its reflectance. The last line fits the mean of Fresnel's reflectance over the hemisphere, for
-/// refractive indices of 1.33 to 1.5.
+/// Diffuse light that surface or saliva reflects; 0 for metal, whose colour contains it. The last line fits Fresnel's
+/// mean over the hemisphere for indices 1.33 to 1.5.
 inline double hemispherical_reflectance(const Look& look) {
   if (look.metal > 0.5) return 0;
   const double dry = dry_reflectance(look), filmed = shared::kFilmedLeast + shared::kFilmedSlope * dry,
@@ -91,16 +86,14 @@ inline double hemispherical_reflectance(const Look& look) {
   return 0.04 + 1.3 * normal;
 }
 
-/// Returns the linear colour of a surface through which a lower tissue is visible, as over() in shaders/surface.vert.
-/// `shows`: 0..1, visible fraction of the lower tissue's colour.
+/// As over() in shaders/surface.vert. `shows`: 0..1, of the lower colour.
 inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3& beneath, double shows) {
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
-/// Returns the mean free path (m) of red, green and blue light that leaves the surface at this vertex; 0: opaque. Light
-/// in a layer of enamel is also scattered in the tissue below, so its free path is shorter in a thin layer.
+/// m, red, green, blue, at this vertex; 0: opaque. Shorter in thin enamel: the tissue below scatters too.
 inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex& v) {
-  constexpr double kUsualEnamel = 1.2e-3;  // m, thickness of a molar's enamel, used if the vertex states none
+  constexpr double kUsualEnamel = 1.2e-3;  // m, of a molar, if the vertex states none
   const Tissue outer = v.tissue[v.second > 0.5f];
   const dvec3 path = 1.0 / looks[static_cast<std::size_t>(outer)].extinction;
   const bool usual = v.under == Tissue::kAir;
@@ -110,7 +103,7 @@ inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex
   return glm::min(below + 0.5 * std::max(usual ? kUsualEnamel : static_cast<double>(v.depth), 0.02e-3), path);
 }
 
-/// Returns sRGB colours for tests and pictures of meshes that have no material table.
+/// sRGB, for tests and meshes without a material table.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };

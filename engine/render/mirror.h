@@ -1,5 +1,4 @@
-// The mouth mirror. What an eye sees in a plane mirror is the view of the scene from the mirror image of this eye. Pure
-// functions.
+// A plane mirror shows the view from the eye's mirror image. Pure functions.
 #pragma once
 
 #include <array>
@@ -11,23 +10,19 @@
 
 namespace typodont::render {
 
-/// Returns the matrix of the reflection p ↦ p − 2 n·(p − o) n in the mirror's plane, where o is the middle of the glass
-/// and n its normal. The reflection is its own inverse.
+/// p ↦ p − 2 n·(p − o) n, with o the glass's middle and n its normal; its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// Returns the same eye with a view of the reflected scene. The view matrix first reflects the scene. So an object in
-/// front of the glass appears at the same distance behind the glass, at the pixels of the glass.
+/// The view first reflects the scene: objects before the glass appear as far behind it, at its pixels.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// Returns the clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w:
-/// offset. Points in front of the glass have dot(plane, (p, 1)) ≥ 0.
+/// Only objects before the glass: dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// Returns a box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size.
-/// No value if the glass is out of view or shows its back.
+/// Contains the glass's pixels; empty if out of view or from behind.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
-/// Returns the mesh of rim, stem and handle, in the mirror's frame M.
+/// Rim, stem and handle, in frame M.
 ToolMesh make_mirror_body(double diameter);
 
 }  // namespace typodont::render

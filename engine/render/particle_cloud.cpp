@@ -11,7 +11,7 @@ namespace typodont::render {
 
 namespace {
 
-struct Step {  // data of one step of motion, in the same layout as in the shader debris.comp
+struct Step {  // layout as in debris.comp
   glm::vec4 gravity, origin;
   glm::ivec4 size;
   glm::vec4 sink, air, bounce;
@@ -19,7 +19,7 @@ struct Step {  // data of one step of motion, in the same layout as in the shade
 };
 static_assert(sizeof(Step) <= 128);
 
-constexpr std::size_t kInstance = 20;  // bytes, size of a drawn particle; same layout as in particle_pass.cpp
+constexpr std::size_t kInstance = 20;  // bytes; layout as in particle_pass.cpp
 
 }  // namespace
 
@@ -72,7 +72,7 @@ void ParticleCloud::suck(const glm::dvec3& p_W, double flow, double radius) {
 void ParticleCloud::advance(double dt) {
   time_ += dt;
   if (count_ > 0 || shown_ > 0) pending_ += dt;
-  // Removes the particles that reached the end of their lifetime, but only after they were sent to the GPU.
+  // At the end of their lifetime, but not before they reached the GPU.
   while (!cohorts_.empty() && time_ - cohorts_.front().born_at >= law_.lifetime &&
          count_ - cohorts_.front().count >= born_.size()) {
     first_ = (first_ + cohorts_.front().count) % law_.capacity;

@@ -1,5 +1,5 @@
-// Particles that are stored on the GPU. Before each frame, compute shaders move the particles, by the same physics
-// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread only.
+// Particles on the GPU, moved by compute shaders by the physics of engine/debris. Without particles: no memory,
+// pipeline or time. Render thread only.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@
 
 namespace typodont::render {
 
-/// Parameters of the motion, as in debris::DebrisOptions and debris::CoarseField.
+/// As debris::DebrisOptions and debris::CoarseField.
 struct CloudLaw {
   std::size_t capacity = 100'000;
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
-  // ratios of a particle's speed after a bounce to that before: normal to the surface, and tangential to the surface
+  // speed after / before a bounce: normal, tangential
   double restitution = 0.3, slide = 0.7;
-  // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
+  // s: mass falls by e; removal
   double decay_time = 2, lifetime = 6;
-  double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
-  glm::dvec3 origin{0};       // m, frame W, position of the distance field's first sample
-  double spacing = 5e-4;      // m, spacing of the samples of the distance field
-  // number of samples of the distance field along each axis (x is the slowest index); 0: no tissue to bounce off
+  double least_shown = 3e-5;  // m; smaller ones are drawn so, but fainter
+  glm::dvec3 origin{0};       // m, W, of the first sample
+  double spacing = 5e-4;      // m between samples
+  // samples per axis, x slowest; 0: nothing to bounce off
   glm::ivec3 size{0};
 };
 
@@ -36,9 +36,9 @@ struct CloudParticle {
   float age = 0;      // s, time since creation
   glm::vec3 v{0};     // m/s, velocity
   float mass = 0;     // kg, mass at creation; 0: removed by suction
-  float chip = 0;     // m, diameter of a single chip; one particle represents several chips
+  float chip = 0;     // m, of one chip; a particle stands for several
   float density = 0;  // kg/m³, density of the chip's material
-  // 1/s, rate at which drag slows the particle; ≥ 1e30: at rest; < 0: must be computed from the speed
+  // 1/s, of drag; ≥ 1e30: at rest; < 0: from the speed
   float rate = -1;
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB, colour of the particle
 };
@@ -46,26 +46,26 @@ static_assert(sizeof(CloudParticle) == 48);
 
 class ParticleCloud {
  public:
-  /// `distance`: samples of the distance field, m.
+  /// `distance`: m.
   ParticleCloud(gpu::Device& device, const CloudLaw& law, std::vector<float> distance);
   ~ParticleCloud();
   ParticleCloud(const ParticleCloud&) = delete;
   ParticleCloud& operator=(const ParticleCloud&) = delete;
 
-  /// Adds particles up to the capacity; they move from the next step on. Returns the number of added particles.
+  /// Up to the capacity; they move from the next step on. Returns how many.
   std::size_t add(std::span<const CloudParticle> born);
-  /// Sets the suction nozzle at p_W: flow in m³/s (0: switched off), radius in m.
+  /// m³/s (0: off) and m.
   void suck(const glm::dvec3& p_W, double flow, double radius);
-  /// Adds dt seconds of motion. The next record() computes this motion.
+  /// dt seconds of motion, in the next record().
   void advance(double dt);
   std::size_t alive() const { return count_; }
   std::size_t room() const { return law_.capacity - count_; }
-  /// Returns true if the next record() will move or remove particles.
+  /// The next record() moves or removes some.
   bool changes() const { return pending_ > 0 && (count_ > 0 || shown_ > 0); }
 
-  /// Records the compute commands for everything requested since the last record(). Call before the drawing pass.
+  /// Everything requested so far. Before the drawing pass.
   void record(VkCommandBuffer commands, int slot);
-  /// Returns the buffer with the particles to draw (instances for ParticlePass). runs() gives their one or two ranges.
+  /// For ParticlePass, in the one or two ranges of runs().
   VkBuffer instances() const { return instances_.buffer; }
   struct Run {
     std::uint32_t first = 0, count = 0;
@@ -73,7 +73,7 @@ class ParticleCloud {
   std::vector<Run> runs() const;
   int pipelines() const { return pipeline_ ? 1 : 0; }
   int steps() const { return steps_; }  // number of compute steps so far
-  /// For tests: waits for the GPU and reads the living particles, oldest first.
+  /// Tests: waits for the GPU; oldest first.
   std::vector<CloudParticle> read();
 
  private:
@@ -93,7 +93,7 @@ class ParticleCloud {
   };
   std::deque<Cohort> cohorts_;
   std::size_t first_ = 0, count_ = 0, shown_ = 0;
-  // s: time_ is the time of all motion so far; pending_ is the time of the motion that the next record() computes
+  // s: all motion so far; of the next record()
   double time_ = 0, pending_ = 0;
   glm::vec4 sink_{0};
   double nozzle_ = 0;  // m, radius of the suction nozzle

@@ -18,11 +18,11 @@ struct Picture {
   }
 };
 
-/// Resizes a picture with bilinear filtering, as the screen resizes the smaller pictures of a lower quality level.
+/// Bilinear, as the screen enlarges a lower level's pictures.
 Picture scaled_to(const Picture& picture, glm::ivec2 size);
-/// Writes an opaque PNG completely or not at all. Throws Error if the file cannot be written.
+/// Opaque, completely or not at all. Throws Error.
 void write_png(const std::filesystem::path& file, const Picture& picture);
-/// Reads a PNG file. Throws Error if the file is not a readable PNG.
+/// Throws Error if unreadable.
 Picture read_png(const std::filesystem::path& file);
 
 }  // namespace typodont::render

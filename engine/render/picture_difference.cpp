@@ -13,7 +13,7 @@ namespace typodont::render {
 
 namespace {
 
-// Matrix from linear sRGB to CIE XYZ (IEC 61966-2-1), stored by columns.
+// Linear sRGB to CIE XYZ (IEC 61966-2-1), by columns.
 const glm::dmat3 kXyzOfRgb{0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522,
                            0.1191920, 0.1804375, 0.0721750, 0.9503041};
 const dvec3 kWhite = kXyzOfRgb * dvec3(1);
@@ -42,7 +42,7 @@ dvec3 linear_at(const Picture& picture, int x, int y) {
   return {table[p[0]], table[p[1]], table[p[2]]};
 }
 
-/// A picture with one number per pixel.
+/// One number per pixel.
 struct Plane {
   glm::ivec2 size{0};
   std::vector<double> values;
@@ -54,7 +54,7 @@ struct Plane {
   double at(int x, int y) const { return const_cast<Plane*>(this)->at(x, y); }
 };
 
-/// Weights of a filter along one axis, for offsets -r .. r.
+/// Along one axis, offsets -r .. r.
 using Weights = std::vector<double>;
 
 Weights weights(int radius, const std::function<double(double)>& of) {
@@ -69,7 +69,7 @@ double sum(const Weights& w) {
   return s;
 }
 
-/// Convolves the plane with the product of two filters. Beyond the edge of the plane, the values of the edge are used.
+/// Beyond the edge, the edge's values.
 Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) {
   const int r = static_cast<int>(along_x.size()) / 2;
   Plane half(in.size), out(in.size);
@@ -84,8 +84,7 @@ Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) 
   return out;
 }
 
-/// Contrast sensitivity of one channel: a sum of two Gaussians with the amplitudes a1 and a2 and the widths b1 and b2
-/// (deg²; Andersson et al. 2020, Table 1).
+/// a1, a2 and widths b1, b2 (deg²) of two Gaussians (Andersson et al. 2020, Table 1).
 struct Sensitivity {
   double a1, b1, a2, b2;
 };
@@ -111,7 +110,7 @@ Plane seen(const Plane& in, const Sensitivity& s, double pixels_per_degree) {
   return out;
 }
 
-/// Converts a picture to the opponent colour space Y Cx Cz, which is linear in light.
+/// Y Cx Cz, linear in light.
 std::array<Plane, 3> opponent(const Picture& picture) {
   std::array<Plane, 3> planes{Plane(picture.size), Plane(picture.size), Plane(picture.size)};
   for (int y = 0; y < picture.size.y; ++y)
@@ -129,7 +128,7 @@ dvec3 linear_of_opponent(const dvec3& o) {
   return glm::inverse(kXyzOfRgb) * (kWhite * dvec3(y + o.y / 500, y, y - o.z / 200));
 }
 
-/// Applies the Hunt effect to a CIELAB colour: colours appear stronger in bright light.
+/// Hunt effect: colours appear stronger in bright light.
 dvec3 hunt(const dvec3& lab) {
   return {lab.x, 0.01 * lab.x * lab.y, 0.01 * lab.x * lab.z};
 }
@@ -137,17 +136,16 @@ double hyab(const dvec3& a, const dvec3& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-/// Returns the strength of edges (index 0) and of points (index 1) in the achromatic channel.
+/// Edges (0) and points (1).
 std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree) {
-  constexpr double kWidth = 0.082;  // degrees, width of an edge or a point (a feature) in the field of view
+  constexpr double kWidth = 0.082;  // degrees, of an edge or point
   const double sigma = 0.5 * kWidth * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * sigma));
   const auto bell = [&](double x) { return std::exp(-x * x / (2 * sigma * sigma)); };
   Weights smooth = weights(radius, bell);
   const double whole = sum(smooth);
   for (double& w : smooth) w /= whole;
-  // Scales the filter's weights, so that the sum of the positive weights is 1 and the sum of the negative weights is
-  // -1.
+  // Positive weights sum to 1, negative ones to -1.
   const auto balanced = [](Weights w) {
     double up = 0, down = 0;
     for (const double v : w) (v > 0 ? up : down) += std::abs(v);
@@ -215,7 +213,7 @@ double mean_ciede2000(const Picture& a, const Picture& b) {
 double mean_flip(const Picture& a, const Picture& b, double pixels_per_degree) {
   assert(a.size == b.size);
   const std::array<std::array<Plane, 3>, 2> pictures{opponent(a), opponent(b)};
-  std::array<std::vector<dvec3>, 2> colors;  // colours after the filter that models the eye's resolution
+  std::array<std::vector<dvec3>, 2> colors;  // as the eye resolves them
   std::array<std::array<Plane, 2>, 2> marks{features(pictures[0][0], pixels_per_degree),
                                             features(pictures[1][0], pixels_per_degree)};
   for (std::size_t p = 0; p < 2; ++p) {

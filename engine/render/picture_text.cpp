@@ -18,8 +18,7 @@ const font::Glyph& glyph_of(char c) {
   return *question;
 }
 
-/// Returns the interpolated value, 0 to 1, of the font's atlas (the picture with all letters) at the position p, in
-/// pixels of the atlas. At a letter's edge, the value is 0.5.
+/// 0 to 1 at p (pixels of the atlas); 0.5 at a letter's edge.
 double sampled(glm::dvec2 p) {
   const auto pixel = [](int x, int y) {
     x = std::clamp(x, 0, font::kWidth - 1);
@@ -43,9 +42,7 @@ double text_width(std::string_view text, double height) {
 
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
-  // In the font's atlas, the values at a letter's edge rise from 0 to 1 over ten pixels of the atlas (bake_font). In
-  // the picture, a letter's edge should be one pixel wide. So the difference of each value from 0.5 is multiplied by
-  // this factor.
+  // Edges take ten pixels of the atlas (bake_font) and should take one of the picture.
   const double steep = 10.0 * s;
   for (const char c : text) {
     const font::Glyph& g = glyph_of(c);

@@ -1,4 +1,4 @@
-// Draws text into a picture in host memory, with the program's built-in font.
+// Text with the built-in font, on the host.
 #pragma once
 
 #include <string_view>
@@ -7,9 +7,9 @@
 
 namespace typodont::render {
 
-/// Returns the width in pixels of a text of this height. ASCII only; other characters are drawn as '?'.
+/// Pixels. ASCII; others are '?'.
 double text_width(std::string_view text, double height);
-/// Writes text. `at`: pixel at the left end of the baseline; `color`: sRGB.
+/// `at`: left end of the baseline; `color`: sRGB.
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color);
 
 }  // namespace typodont::render

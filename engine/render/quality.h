@@ -1,4 +1,4 @@
-// Levels of rendering quality, from the best picture to a picture that software rendering can draw in time.
+// From the best picture to one that software rendering draws in time.
 #pragma once
 
 #include <array>
@@ -9,23 +9,22 @@ namespace typodont::render {
 struct Quality {
   std::string_view name = "high";
   int samples = 4;        // number of samples per pixel
-  int shadow_map = 2048;  // texels, width and height of the shadow map; 0: no shadow, no occlusion, no handpiece
+  int shadow_map = 2048;  // texels; 0: no shadow, occlusion or handpiece
   int shadow_taps = 16;
   int occlusion_taps = 16;
-  bool light_per_vertex = false;  // true: shadow and occlusion are computed per vertex instead of per pixel
-  double scale = 1.0;             // ratio of the drawn width to the shown width; below 1 the picture is stretched
-  // largest distance of the triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
+  bool light_per_vertex = false;  // shadow and occlusion, instead of per pixel
+  double scale = 1.0;             // drawn / shown width; below 1 stretched
+  // drawn pixels from the surface (engine/app/picture/detail.h)
   double surface_error = 0.4;
-  double handpiece_side = 0.5e-3;  // m, length of a triangle's side on a handpiece
-  // The light inside tissue (tissue_light.h) is computed once, with the level that is chosen at the first frame.
+  double handpiece_side = 0.5e-3;  // m, of triangles
+  // Light inside tissue (tissue_light.h) is computed once, at the first frame's level.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // random walks from each cell
-  // The light between bodies (light_scene.h) is computed at the same time. true: the light that wet tissue mirrors is
-  // computed at each sample beside it.
+  // Light between bodies (light_scene.h), at the same time: mirrored light at each sample beside wet tissue.
   bool tissue_mirrors = false;
 };
 
-/// The quality levels, best level first.
+/// Best first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, 0.15e-3, 192, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3},

@@ -25,9 +25,8 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
-constexpr double kFullRedrawFraction =
-    0.8;  // if a larger fraction of the picture than this has changed, the whole picture is redrawn
-constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
+constexpr double kFullRedrawFraction = 0.8;   // of the picture; more: all is redrawn
+constexpr std::size_t kMostTracked = 20'000;  // more are not tracked one by one
 
 }  // namespace
 
@@ -37,7 +36,7 @@ struct Renderer::Impl {
   std::array<Look, kMatterCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // descriptor sets of each frame in flight: for the scene, and for the reflected scene
+  gpu::ShaderInputs inputs;  // per frame in flight: scene, reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -57,14 +56,14 @@ struct Renderer::Impl {
   MaskPass mask;
   BrickStore bricks;
   TexelStore<FilmTexel> film;
-  VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
-  VolumeImage images;    // image of LightGrid::images; without a grid, one empty texel
+  VolumeImage light;                       // LightGrid::faces; without a grid one empty texel
+  LightGrid light_grid;                    // `faces` is empty: it is in `light` only
+  VolumeImage images;                      // LightGrid::images; without a grid one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
-  std::uint64_t bounds_version = 0;  // version of the bricks (blocks of triangles) for which `bounds` was computed
+  std::uint64_t bounds_version = 0;        // bricks' version of `bounds`
 
-  // Data of the last frame. If the data of the new frame are equal, nothing has moved.
+  // Equal to the new frame's: nothing has moved.
   int last_views = 0;
   shared::FrameData last_data{};
   glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
@@ -75,8 +74,8 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw the map
-  // Tiles (squares of pixels) to redraw, tiles in which only particles changed, and tiles that particles cover.
+  ShadowMapBox undrawn_shadow;  // changed in frames that did not draw the map
+  // To redraw; changed by particles only; covered by particles.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
@@ -126,7 +125,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Points outside the shadow map are not in shadow.
+    // Outside the map: no shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -136,7 +135,7 @@ struct Renderer::Impl {
     timer = FrameTimer::create(device);
   }
 
-  /// Destroys the pipelines. Called when samples, views or quality change, because the pipelines depend on them.
+  /// They depend on samples, views and quality.
   void destroy_passes() {
     surface.destroy(device);
     tool.destroy(device);
@@ -177,9 +176,9 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// Returns the effects that this frame needs. The shaders are compiled without the code for the other effects.
+  /// The shaders leave out the others.
   SurfaceEffects effects(const Frame& frame) const {
-    // A section and the X-ray view show the inside of bodies, where the grid has no light.
+    // The grid has no light inside bodies.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
     return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
@@ -204,13 +203,13 @@ struct Renderer::Impl {
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// Fills descriptor set i. For frame in flight k, set k is for the scene, set kSlots + k for the reflected scene.
+  /// k: scene, kSlots + k: reflected scene, for frame in flight k.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    // Without a mouth mirror, the shadow map is bound to this binding instead; no shader then reads it.
+    // Without a mirror, the shadow map, which no shader reads here.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
     inputs.fill(device, i, 4, beyond_film, film.image.view);
     inputs.fill(device, i, 5, linear, light.view);
@@ -218,8 +217,7 @@ struct Renderer::Impl {
     inputs.fill(device, i, 7, linear, images.view);
   }
 
-  /// Makes an image and fills it. `texels`: its size; if it is 0, the image has one empty texel. `texel(i)`: returns
-  /// the packed texel i of `count`.
+  /// `texels`: 0: one empty. `texel(i)`: packed, of `count`.
   template <class Texel>
   void upload(VolumeImage& image, const glm::ivec3& texels, std::size_t count, const Texel& texel) {
     image.create(device, count > 0 ? texels : glm::ivec3(1), kLightFormat);
@@ -311,8 +309,7 @@ struct Renderer::Impl {
     tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
   }
 
-  /// Returns the frame of the reflected scene in the mouth mirror: with reflected eyes, and only with objects in front
-  /// of the glass.
+  /// Reflected eyes, and only what is before the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
@@ -322,15 +319,14 @@ struct Renderer::Impl {
 
   enum class Changed { kNothing, kParts, kAll };
 
-  /// Marks the changes since the last frame in `tiles`, and the particles' changes in `over_tiles`, unless everything
-  /// changed.
+  /// Into `tiles` and, for particles, `over_tiles`, unless all changed.
   Changed mark_changed(const shared::FrameData& data, const Frame& frame, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // There are too many particles to track each of them, so they are assumed to cover the whole picture.
+      // Too many to track: the whole picture.
       if (frame.particles.size() > kMostTracked)
         particles_now[e].mark_all();
       else
@@ -342,13 +338,12 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // The comparison below ignores a change of the mirror's fog. The fog is visible only in the mirror's glass, and the
-    // tiles of the glass are marked for redrawing in any case.
+    // Fog shows only in the glass, whose tiles are marked anyway.
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // Everything is redrawn in three cases: for a headset, because its eyes always move; for bodies that are drawn as
-    // glass, because they must be drawn in order; for GPU particles, because the CPU does not know their positions.
+    // All for headsets, whose eyes always move; for glass, which needs an order; for GPU particles, whose place the CPU
+    // does not know.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -386,7 +381,7 @@ struct Renderer::Impl {
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
       tissue_light.mark(clip_from_world, drawn, tiles[e]);
-      // the reflection in the mirror's glass may show any change of the scene
+      // the glass may show any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -394,7 +389,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
       return fraction;
     };
-    // A pass that draws both eyes averages the samples of the whole picture, so it must redraw the whole picture.
+    // One pass for both eyes averages the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);
@@ -409,7 +404,7 @@ struct Renderer::Impl {
     return part;
   }
 
-  /// Draws the reflected scene into the mirror's picture, in the area of the glass for each eye.
+  /// Per eye, in the glass's area.
   void draw_reflection(VkCommandBuffer commands, const Frame& mirrored,
                        const std::array<std::optional<PixelBox>, 2>& glass, int slot, FrameStats& stats) {
     const VkExtent2D extent = targets.pictures.options.size;
@@ -443,7 +438,7 @@ struct Renderer::Impl {
     stats.mirror_triangles = seen.triangles;
   }
 
-  /// Makes the handpiece's mesh. At the lowest quality level, neither the shadow map nor the handpiece is drawn.
+  /// The lowest level draws none.
   void make_handpiece() {
     const bool shown = context.quality.shadow_map > 0;
     handpiece_body.set(device, make_handpiece_mesh(shown ? handpiece : Handpiece{}, context.quality.handpiece_side));
@@ -455,12 +450,10 @@ struct Renderer::Impl {
     push_view(commands, context.layout, view);
   }
 
-  /// Draws the handpiece. Call it before the tissue is drawn: the handpiece hides much of the tissue, and hidden tissue
-  /// is not shaded.
+  /// Before the tissue: what it hides is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // The handpiece would hide the working point. So the part of the handpiece inside a cone from the eye to the
-    // working point is not drawn. At the working point, the cone's radius is the radius of the tool's head plus
-    // kSeenBeside (m), the width of the ring of tissue that is visible around the head.
+    // It would hide the working point: left out in a cone from the eye, with the head's radius plus kSeenBeside (m)
+    // there.
     constexpr double kSeenBeside = 2.2e-3;
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
@@ -473,7 +466,7 @@ struct Renderer::Impl {
     const auto views = static_cast<std::size_t>(frame.views);
 
     prepare_tip(frame.suction);
-    // Finds the parts of the pictures that changed.
+    // What changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
@@ -493,8 +486,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the scene, which is stored without them. If one of the tiles (squares of the
-        // picture) that they cover is redrawn, all tiles that they cover must be redrawn.
+        // Blended over the stored scene: if a tile that they cover is redrawn, all are.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
@@ -523,7 +515,7 @@ struct Renderer::Impl {
     write_set(own);
     timer.begin(commands, slot);
 
-    // The shadow map is redrawn only if a body or the lamp changed, and only in the affected part.
+    // After a change of bodies or lamp, in the affected part.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
@@ -568,7 +560,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // A partial redraw draws even a black background, because the pixels still have their old content.
+      // A partial redraw needs black, too: old pixels are there.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
@@ -582,7 +574,7 @@ struct Renderer::Impl {
     timer.end(commands, slot);
   }
 
-  /// Draws the particles over the restored parts of the scene.
+  /// Over the restored parts.
   void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
                 FrameStats& stats) {
     targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);
@@ -675,7 +667,7 @@ void Renderer::set_quality(const Quality& quality) {
   impl_->make_handpiece();
   impl_->shadow.destroy(impl_->device);
   impl_->shadow.create_map(impl_->context);
-  impl_->shadow_light = glm::mat4(0);  // The next frame draws the whole new shadow map.
+  impl_->shadow_light = glm::mat4(0);  // the next frame draws the whole map
   impl_->rebuild(impl_->last_views);
 }
 

@@ -10,9 +10,9 @@ namespace typodont::render {
 
 namespace {
 
-/// Returns the corners of the box, and the corners of the same box displaced to the end of its shadow.
+/// And displaced to its shadow's end.
 std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
-  constexpr double kShadow = 2;  // length of the box's shadow, as a ratio to the box's diagonal
+  constexpr double kShadow = 2;  // in diagonals of the box
   const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
   std::array<glm::dvec4, 16> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -22,7 +22,7 @@ std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec
   return corners;
 }
 
-/// Returns false if all corners lie outside one plane of the view frustum, or behind the given plane.
+/// False: all outside one frustum plane, or behind the plane.
 bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
   const auto beyond = [&](const glm::dvec4& side) {
     return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  // m; a smaller distance from the eye is replaced by this one, because an eye may be inside the box
+  // m; an eye may be inside the box
   constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {
@@ -61,7 +61,7 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                                                      corner & 4 ? box.hi.z : box.lo.z, 1))
                                       .w);
-    // m, width of the area that the picture shows at the distance `closest` from the eye
+    // m that the picture shows at `closest`
     const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);
     least = std::min(least, wide / pixels_across);
   }

@@ -1,4 +1,4 @@
-// Directions in which the light of a mouth is followed.
+// Along which a mouth's light is followed.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace typodont::render {
 
-/// Returns unit vectors that are distributed evenly over the sphere (Fibonacci's spiral).
+/// Unit vectors, evenly over the sphere (Fibonacci's spiral).
 template <std::size_t kCount>
 std::array<glm::vec3, kCount> sphere_directions() {
   std::array<glm::vec3, kCount> all;

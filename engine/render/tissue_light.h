@@ -1,8 +1,6 @@
-// Light that has travelled inside translucent tissue. Light that enters enamel, dentin or gum is scattered many times
-// and leaves the tissue up to a few millimetres away. So shadows and fissures are soft, and ridges are bright. This
-// light is computed by random walks on the CPU, in a grid of cells around the working tooth, and the shaders read it
-// per vertex. On opaque bodies, the grid contains the light that arrives. It is used only in scenes with a LightGrid.
-// When the tissue is cut, only the cells near the cut are computed again.
+// Light scatters in enamel, dentin and gum and leaves millimetres away: soft shadows and fissures, bright ridges.
+// Random walks on the CPU in a grid around the working tooth, read per vertex; on opaque bodies, the arriving light.
+// Only with a LightGrid. After a cut, only cells nearby are computed again.
 #pragma once
 
 #include <array>
@@ -16,31 +14,27 @@
 
 namespace typodont::render {
 
-/// Returns the probability with which a photon survives a scattering event, so that a thick flat layer of isotropically
-/// scattering tissue with this diffuse reflectance reflects exactly this fraction of diffuse light. Our own fit to
-/// Chandrasekhar's solution (Radiative Transfer, 1950); its relative error is at most 0.4 %.
+/// Survival per scattering, so that a thick flat layer reflects this fraction of diffuse light. Our fit to
+/// Chandrasekhar (Radiative Transfer, 1950), relative error up to 0.4 %.
 float scattering_albedo(float reflectance);
 
-/// The light inside the bodies near the working tooth. For one thread at a time; equal calls give equal results.
+/// One thread at a time; equal calls, equal results.
 class TissueLight {
  public:
-  /// Makes the grid. `box`: m, frame W, bounds of the grid; `spacing`: m, edge of a cell; `walks`: number of random
-  /// walks from each cell beside a surface.
+  /// `box`: m, W; `spacing`: m; `walks`: per cell beside a surface.
   TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks);
   ~TissueLight();
   TissueLight(TissueLight&&) noexcept;
   TissueLight& operator=(TissueLight&&) noexcept;
 
-  /// Adds a static body. `hard`: true for a tooth or another hard body, which may overlap soft bodies. Call it before
-  /// light().
+  /// `hard`: may overlap soft bodies. Before light().
   void add_fixed(std::vector<LitTriangle> triangles, bool hard);
-  /// Replaces bricks (blocks of triangles) of the working tooth; `origin`: m, frame W, origin of their vertices.
+  /// Of the working tooth; `origin`: m, W.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);
 
-  /// Computes the light of all cells, on several threads. `far`: the light that arrives from outside the box.
+  /// All cells, several threads. `far`: from outside the box.
   void light(const LightSources& sources, const LightGrid& far);
-  /// Computes the light again in at most `most` of the cells near which put() changed the surface, on the caller's
-  /// thread. The next calls compute the others. Returns the box of the grid's changed values.
+  /// At most `most` cells near put() changes, on the caller's thread; the rest later. Returns the changed box.
   CellBox refresh(int most);
 
   const TissueLightGrid& grid() const;

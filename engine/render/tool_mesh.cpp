@@ -13,20 +13,19 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;          // m, height of a depth mark's ring
-constexpr double kMarkEdge = 0.01e-3;     // m, height of the soft edge of a depth mark's ring
-constexpr int kRingsPerTurn = 10;         // number of rings of mesh vertices per turn of a thread
-constexpr int kFluteRings = 16;           // number of rings of mesh vertices over the length of a fluted head
-constexpr double kCrease = 30 * kDegree;  // a larger angle between two lines of an outline is an edge
-constexpr double kChord = 1e-6;           // m, largest distance of a mesh edge from its ring
-constexpr double kCoarsest = 5e-4;        // for large heads: this distance as a fraction of the radius
+constexpr double kMarkEdge = 0.01e-3;     // m, soft edge of a depth mark
+constexpr int kRingsPerTurn = 10;         // rings per turn of a thread
+constexpr int kFluteRings = 16;           // rings over a fluted head
+constexpr double kCrease = 30 * kDegree;  // larger angles of the outline are edges
+constexpr double kChord = 1e-6;           // m, from a mesh edge to its ring
+constexpr double kCoarsest = 5e-4;        // of the radius, for large heads
 
-/// Returns the number of mesh corners around a head: a multiple of 24, so that 2, 6, 8 or 12 flutes divide it.
+/// A multiple of 24: 2, 6, 8 and 12 flutes divide it.
 int corners_around(double radius) {
   return 24 * static_cast<int>(std::ceil(kPi / std::acos(1 - std::max(kChord / radius, kCoarsest)) / 24));
 }
 
-/// Adds a surface of revolution: rings of corners along a profile. `cut` returns the radius of the surface with flutes,
-/// for the profile's radius, z and an angle. `marked` returns true if a ring at z is dark.
+/// Rings along a profile. `cut`: radius with flutes, by profile radius, z and angle; `marked`: dark at z.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Finish finish,
                Cut&& cut, Marked&& marked) {
@@ -60,7 +59,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
     }
 }
 
-/// Returns the head's outline with additional rings for depth marks, flutes and thread.
+/// With rings for depth marks, flutes and thread.
 std::vector<dvec2> refined(const ToolShape& shape) {
   const auto& p = shape.head;
   std::vector<double> more;
@@ -90,7 +89,7 @@ std::vector<dvec2> refined(const ToolShape& shape) {
   return out;
 }
 
-/// Divides an outline at its edges, so that each part is smooth.
+/// Smooth parts between edges.
 std::vector<std::vector<dvec2>> smooth_parts(const std::vector<dvec2>& outline) {
   std::vector<std::vector<dvec2>> parts;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -113,9 +112,9 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
 
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
-  const double ends = outer * slope + opening;  // m, z at which the slanted opening of the suction tip ends
+  const double ends = outer * slope + opening;  // m, z where the slanted opening ends
   ToolMesh mesh;
-  // The suction tip's profile begins at the dark bottom in the tube, goes down to the rounded rim, then up the outside.
+  // From the dark bottom in the tube to the rounded rim, then up outside.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
   for (ToolVertex& v : mesh.vertices) v.mark = 1;
   add_lathe(mesh,
@@ -151,12 +150,10 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
 
   const std::vector<dvec2> head = refined(shape);
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
-  // The blades lie inside the outline and touch it with their cutting edges. A blade rises steeply at its edge and
-  // falls slowly behind it, like a saw tooth, and runs along a helix.
+  // Inside the outline, touching it with the cutting edges: steep, then slow, like a saw tooth, along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws the thread in. The thread
-      // fades at both ends.
+      // Right-handed: clockwise from the shank screws it in. Fades at both ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);
@@ -166,7 +163,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (!(shape.flutes > 0)) return r;
     double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
     phase -= std::floor(phase);
-    // depth in the profile of a flute: 0 at the cutting edge of a blade, 1 at the bottom of the groove
+    // 0 at the cutting edge, 1 at the bottom
     const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
     const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
     return r * (1 - shape.flute_depth * groove * fade);

@@ -10,8 +10,7 @@ namespace typodont::render {
 
 namespace {
 
-// m, edge length of the pieces into which a brick is divided when its lighting changes; only pieces whose lighting has
-// changed are redrawn
+// m, pieces that are redrawn one by one when light changes
 constexpr float kPiece = 0.8e-3f;
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
@@ -20,7 +19,7 @@ std::int16_t snorm16(float v) {
 }
 GpuVertex pack(const Vertex& v) {
   static_assert(kMatterCount <= 16, "four bits name a tissue");
-  // packs the number of a tissue into the low four bits of a byte, and a fraction (0..15) into the high four bits
+  // tissue in the low four bits, fraction (0..15) in the high four
   const auto with = [](Tissue tissue, float fraction) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
@@ -31,7 +30,7 @@ GpuVertex pack(const Vertex& v) {
            static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), with(v.under, v.shows)}};
 }
 
-/// Computes a brick's bounding box and normal cone, for culling.
+/// Box and normal cone, for culling.
 void measure(Brick& brick, const MeshUpdate& u) {
   brick.lo = glm::vec3(1e9f);
   brick.hi = glm::vec3(-1e9f);
@@ -39,8 +38,7 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // The cone contains the normals of the triangles, not of the vertices, because a triangle faces away from an eye if
-  // its own normal does.
+  // Of triangles, not vertices: a triangle faces away by its own normal.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -113,8 +111,7 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Returns true if the brick (block of triangles) lies completely beyond the plane, where another body covers it. A
-/// zero plane covers no brick.
+/// Wholly beyond the plane, covered by another body. A zero plane covers nothing.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -122,8 +119,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // Same test as in meshoptimizer: if the cone of a brick's normals faces away from the eye, all its triangles face
-  // away. The tip of the cone is placed at the middle of the brick's box.
+  // As meshoptimizer: the cone faces away, so all triangles do. Its tip is in the box's middle.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -194,8 +190,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Writes directly into memory that the GPU reads. This range of the memory was allocated just now, so no unfinished
-    // frame reads it.
+    // Allocated just now, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -257,8 +252,7 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns a plane in mesh coordinates for this view. Bricks (blocks of triangles) that exist since the start and lie
-/// beyond the plane are inside another body, so they are not drawn. A zero plane covers no brick.
+/// In mesh coordinates. Bricks from the start beyond it are inside another body. Zero: none.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -285,7 +279,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // Adjacent parts of the shadow map are joined, because they affect mostly the same pixels of the picture.
+    // They affect mostly the same pixels.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else
@@ -315,8 +309,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Tests and marks small pieces of the brick one by one, because the light may change on only a part of a brick.
-      // This matters for the large bricks of the gum.
+      // Light may change on part of a brick, such as the gum's large ones.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
@@ -359,7 +352,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        // in View::kSection, the back faces of bodies are visible too, so they are kept
+        // View::kSection shows back faces
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
@@ -374,8 +367,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // The teaching views use the same shader for all bricks (blocks of triangles), except View::kDifference, which
-        // has a second shader for two-sided bricks.
+        // Teaching views have one shader, kDifference a second one for two-sided bricks.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

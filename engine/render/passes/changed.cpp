@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // If the box directly above this one has the same left and right edges, both are joined to one box.
+      // Same edges as the box above: joined.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -107,7 +107,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// Returns the distance of the origin from the line segment between p and q.
+/// From the origin to p–q.
 float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   const glm::vec3 d = q - p;
   const float dd = glm::dot(d, d);
@@ -115,12 +115,12 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   return glm::length(p + s * d);
 }
 
-// m, largest width by which light inside tissue widens the edge of a tool's shadow, as in lighting.glsl
+// m, by which light inside tissue widens a tool's shadow, as in lighting.glsl
 constexpr float kShadowScatter = 1.4e-3f;
 
-/// Returns true if the handpiece may shade a surface inside this ball by its shadow.
+/// May shade a surface in this ball.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kHandpieceReach = 40e-3f;  // m, longest shadow of a handpiece, as in lighting.glsl
+  constexpr float kHandpieceReach = 40e-3f;  // m, longest, as in lighting.glsl
   constexpr int kPieces = 6;
   const glm::vec3 l(data.key);
   for (int cone = 0; cone < 2; ++cone) {
@@ -141,15 +141,14 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
 }  // namespace
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  // m, largest distance from the tool at which the tool darkens a surface by ambient occlusion; length of its shadow
+  // m: occlusion, and shadow
   constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // A quick test comes first. Most objects are so far from the tool that neither its shadow nor its occlusion reaches
-  // them.
+  // Quick first: most objects are far from shadow and occlusion.
   const float most = std::max(
       kToolReach, kToolShadowReach + thick + 0.08e-3f + kShadowScatter + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -171,8 +170,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // surface.frag draws the cursor's ring at a distance of about one cursor radius from the cursor's line. The ring and
-  // its soft edge are nearer to this line than two cursor radii.
+  // The ring is about a cursor radius from the line, with its soft edge within two.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
@@ -188,9 +186,7 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // The shaders look up shadow and occlusion within this distance of a point. It is the sum of three lengths in
-  // lighting.glsl: kOcclusionRadius, the distance of the lookup point from the surface, and the width of the filter.
-  // The sum is divided by the width of the shadow map.
+  // kOcclusionRadius, distance of the lookup point and filter width of lighting.glsl, in widths of the map.
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

@@ -1,6 +1,5 @@
-// Finds the tiles (squares) of the pictures that a frame must redraw; the other tiles keep their pixels. A tile is
-// redrawn if the tool, its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one.
-// Does not use Vulkan.
+// Tiles to redraw: touched by tool, shadow, changed tissue, cursor or particles in this frame or the last. Without
+// Vulkan.
 #pragma once
 
 #include <array>
@@ -17,11 +16,10 @@ namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
 
-/// Returns the pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if a part of the box
-/// is behind the eye.
+/// Covered pixels and one more on each side; all if part is behind the eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);
 
-/// The tiles of one eye's picture. A tile is marked if it must be redrawn.
+/// Of one eye. Marked: to redraw.
 class Tiles {
  public:
   static constexpr int kSide = 16;  // pixels, side of a tile
@@ -33,10 +31,10 @@ class Tiles {
   bool touch(const Tiles& other) const;
   double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// Returns the marked (or unmarked) tiles within `within`, combined into few boxes.
+  /// Within `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
-  /// Returns the bounding box of all marked tiles.
+  /// Of all marked tiles.
   PixelBox bounds() const;
 
  private:
@@ -44,15 +42,13 @@ class Tiles {
   std::vector<std::uint8_t> marked_;
 };
 
-/// Returns true if the cursor's ring may be drawn on a surface inside this ball.
+/// On a surface in this ball.
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Returns true if the tool may shade a surface inside this ball by its shadow or its occlusion, as in
-/// shaders/lighting.glsl.
+/// Shadow or occlusion on a surface in this ball, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// A rectangle of the shadow map in which tissue changed. The shadow or occlusion may be different for all surface
-/// points whose shaders read this rectangle.
+/// Where tissue changed in the map: concerns all points whose shaders read it.
 struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners of the rectangle in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
@@ -65,8 +61,7 @@ struct ShadowMapBox {
   }
 };
 ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// Returns the largest distance, in shadow-map coordinates (0..1), between a point and the places of the shadow map
-/// that the shaders read for it.
+/// 0..1 of the map, between a point and what its shaders read.
 float shadow_lookup_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

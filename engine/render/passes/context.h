@@ -1,4 +1,4 @@
-// Data that all passes use: the device, the formats of the pictures, the frame's data, and counters.
+// Device, formats, frame data and counters of all passes.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,9 @@
 
 namespace typodont::render {
 
-// Format of the pictures. The GPU converts linear light to sRGB when it writes a pixel, and it averages the samples of
-// a pixel in linear light.
+// Linear light to sRGB on writing; samples are averaged in linear light.
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-// format with which the bytes of the pictures are read unchanged, that is, without conversion from sRGB to linear light
+// the same bytes without conversion
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
@@ -26,12 +25,12 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// Returns the specialisation constants for frame.glsl.
+  /// For frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
   }
-  /// Returns the options of a pipeline that draws into the eyes' pictures.
+  /// For drawing into the eyes' pictures.
   gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
                                       std::span<const std::uint32_t> fragment) const {
     gpu::PipelineOptions o;
@@ -47,10 +46,10 @@ struct PassContext {
   }
 };
 
-/// One buffer for each frame in flight. The host writes the buffers, and they grow as needed.
+/// One per frame in flight; grow as needed.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// Returns a buffer of at least this size for frame in flight `slot`, whose last commands must have finished.
+  /// Its last commands must have finished.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {
@@ -66,8 +65,8 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// Sets ObjectData::view for the next draw. `omitted_fraction`: fraction of the pixels that are not drawn; for tools
-/// only. `open_radius`: m, radius of the cone in which a handpiece is not drawn (ObjectData::view).
+/// ObjectData::view for the next draw. `omitted_fraction`: of a tool's pixels; `open_radius`: m, of the cone without
+/// handpiece.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),
@@ -76,8 +75,7 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  // The object's matrix needs the rows of the rotation matrix R. GLM stores columns, and the columns of the transpose r
-  // are the rows of R.
+  // Rows of R: GLM's columns of the transpose.
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));

@@ -1,4 +1,4 @@
-// Fills the shaders' uniform data of a frame: eyes, lamp, shadow map, tool and appearance of the tissues.
+// Uniform data of a frame: eyes, lamp, shadow map, tool, looks.
 #pragma once
 
 #include <array>
@@ -9,8 +9,7 @@
 
 namespace typodont::render {
 
-/// Returns the uniform data. `drawn`: size of the pictures. `bounds`: bounds of all bodies that cast shadows; no value
-/// without tissue.
+/// `drawn`: size of the pictures. `bounds`: of all that casts shadows; empty without tissue.
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
                                 const ToolBody& tool, const HandpieceBody& handpiece, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds);

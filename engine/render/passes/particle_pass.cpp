@@ -10,12 +10,12 @@ namespace typodont::render {
 namespace {
 
 struct Instance {
-  float place[4];         // xyz: position of the particle, m, frame W; w: its radius, m
+  float place[4];         // m, W; w: radius, m
   std::uint8_t color[4];  // colour of the particle; rgb: sRGB; a: opacity
 };
 struct Streak {
   Instance head;
-  float way[3];  // m, vector from the streak's beginning to its end
+  float way[3];  // m, along the streak
 };
 
 }  // namespace
@@ -25,8 +25,7 @@ void ParticlePass::prepare(PassContext& context, int slot, std::span<const Parti
       std::count_if(particles.begin(), particles.end(), [](const Particle& p) { return p.streak != glm::vec3(0); }));
   count = static_cast<std::uint32_t>(particles.size()) - streaks;
   if (particles.empty()) return;
-  // A particle is drawn as six vertices without instancing, because software rendering draws many small instances much
-  // more slowly.
+  // Six vertices without instancing: software rendering draws small instances much more slowly.
   const auto of = [&](SlotBuffers& buffers, std::size_t bytes) -> gpu::Buffer& {
     return buffers.at_least(context.device, slot, bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   };
@@ -50,9 +49,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // pixels, upper bound of the distance from the particle's centre to the corners of its quad. The corners are √2
-    // radii from the centre; the larger factor 1.6 is needed, because perspective enlarges corners that are nearer to
-    // the eye.
+    // pixels to a corner: √2 radii, and perspective enlarges nearer ones, so 1.6
     const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
@@ -77,7 +74,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       o.cull = VK_CULL_MODE_NONE;
       o.depth_write = false;
       o.blend = true;
-      // values of the constants kView, kGlass, kHolds and kCorners
+      // kView, kGlass, kHolds, kCorners
       o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
       own = gpu::create_pipeline(context.device, o);
     }

@@ -1,4 +1,4 @@
-// The rendering passes; each is in its own file. A pass creates its pipeline at its first use.
+// The passes, each in its file. Pipelines are created at first use.
 #pragma once
 
 #include <algorithm>
@@ -10,32 +10,32 @@
 
 namespace typodont::render {
 
-/// Draws the shadow map: the depth of the tissue as seen from the lamp. Redrawn only if tissue or lamp changed.
+/// Depth from the lamp. Redrawn after a change of tissue or lamp.
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// Redraws the given part of the shadow map; the other parts keep their content.
+  /// The given part; others stay.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // sets the new map to the largest depth, which means no shadow
+  void create_map(PassContext& context);  // at the largest depth: no shadow
   void destroy(gpu::Device& device);
 };
 
-/// Effects on tissue that only some scenes and quality levels need.
+/// That only some scenes and levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;        // true: the border of the lamp's spot is drawn
-  bool film = false;        // true: water and slurry on the surface are drawn
-  bool light_grid = false;  // true: light from the room and from other surfaces is read from a grid
+  bool spot = false;        // border of the lamp's spot
+  bool film = false;        // water and slurry
+  bool light_grid = false;  // of room and other surfaces
   bool operator==(const SurfaceEffects&) const = default;
 };
 
-/// Draws tissue: first the solid bodies; then, over the background, the bodies that the view draws as glass.
+/// Solid bodies, then, over the background, those drawn as glass.
 struct SurfacePass {
-  std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that has been drawn
+  std::array<VkPipeline, kBrickKinds> solid{};  // per kind of brick, once drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
-  bool with_cursor = false;     // true if the pipelines were created with code that draws the cursor's ring
+  bool with_cursor = false;     // pipelines with the cursor's ring
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
@@ -51,7 +51,7 @@ struct SurfacePass {
   }
 };
 
-/// Triangles on the GPU, whose vertices have the format of the pipeline that draws them.
+/// Vertices in the format of their pipeline.
 struct IndexedMesh {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;  // 0: empty
@@ -60,31 +60,30 @@ struct IndexedMesh {
   void destroy(gpu::Device& device);
 };
 
-/// A tool's mesh on the GPU.
+/// On the GPU.
 struct ToolBody {
   IndexedMesh mesh;
   int blades = 1;                                           // number of blades, see ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
-  /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
-  /// angle.
+  /// A cylinder around the section at every spindle angle, tool's frame.
   struct Slice {
-    float low = 0, high = 0, radius = 0;  // m, lower and upper end of the slice along the tool's axis, and radius
+    float low = 0, high = 0, radius = 0;  // m along the axis, and radius
   };
   std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& shape);
 };
 
-/// A handpiece's mesh on the GPU.
+/// On the GPU.
 struct HandpieceBody {
   IndexedMesh mesh;               // empty: there is no handpiece
-  RoundCone head, body;           // shape that casts the handpiece's shadow, in frame H of the handpiece
-  std::vector<BoxInWorld> boxes;  // boxes that contain the handpiece's triangles, in frame H of the handpiece
+  RoundCone head, body;           // casts its shadow, H
+  std::vector<BoxInWorld> boxes;  // around its triangles, H
   void set(gpu::Device& device, const HandpieceMesh& shape);
 };
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  bool with_light_grid = false;  // value of SurfaceEffects::light_grid for which the first pipeline was created
+  bool with_light_grid = false;  // SurfaceEffects::light_grid of the first pipeline
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -95,17 +94,17 @@ struct ToolPass {
   }
 };
 
-/// Draws the mouth mirror. Its glass shows a picture of the reflected scene, which the other passes drew before.
+/// Its glass shows the reflected scene, drawn before.
 struct MirrorPass {
-  static constexpr std::uint32_t kGlassCorners = 96;  // number of corners of the drawn glass, as in mirror.vert
+  static constexpr std::uint32_t kGlassCorners = 96;  // as in mirror.vert
   VkPipeline pipeline = VK_NULL_HANDLE;
-  gpu::Image picture;  // the reflected scene, one layer per eye; created when the glass first comes into view
+  gpu::Image picture;  // layer per eye, from the first view on
   ToolBody body;
   double diameter = 0;  // m, diameter for which the body was created
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // destroys the pictures and all objects that depend on their format
+  void destroy_pictures(gpu::Device& device);  // and what depends on their format
   void destroy(gpu::Device& device);
 };
 
@@ -122,15 +121,14 @@ struct ParticlePass {
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  /// Marks the tiles (squares of the picture) that show particles.
+  /// Tiles with particles.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
                    Tiles& tiles);
   void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
-/// Draws the area that the user cannot see (behind a headset's lenses) before all other parts and at the nearest depth,
-/// so that the depth test rejects everything else in this area.
+/// What a headset's lenses hide, first and at the nearest depth: the depth test then rejects everything there.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -140,8 +138,7 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Masks the parts of the pictures that this frame does not redraw. It is drawn first and writes only depth, with the
-/// nearest value, so that the depth test rejects everything else in these parts.
+/// Masks what this frame does not redraw, first and at the nearest depth only, so that the depth test rejects the rest.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

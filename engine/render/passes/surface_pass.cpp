@@ -14,8 +14,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // If bodies are drawn as glass, inner bodies must be drawn before the tooth. Inner bodies have higher numbers than
-  // the tooth, so the order is reversed.
+  // Inner bodies have higher numbers and must come before the glass.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {
@@ -40,7 +39,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
                       {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
       o.blend = glass;
       o.depth_write = !glass;
-      // A section shows the insides of bodies, and an open surface shows its back, so both sides are drawn.
+      // Sections show insides, open surfaces their backs.
       if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
       o.constants.push_back(static_cast<std::uint32_t>(view));    // value of the constant kView
       o.constants.push_back(glass ? 1u : 0u);                     // value of the constant kGlass

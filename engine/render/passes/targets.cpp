@@ -14,7 +14,7 @@ constexpr VkPipelineStageFlags2 kTests =
 constexpr VkAccessFlags2 kDepthUse =
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
 
-/// Begins rendering to a picture of this size with all dynamic state set. Only `area` of the picture is drawn.
+/// All dynamic state set; only `area`.
 void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingAttachmentInfo& color_info,
                 const VkRenderingAttachmentInfo& depth_info, std::uint32_t view_mask, const VkExtent2D& extent,
                 const VkRect2D& area) {
@@ -29,7 +29,7 @@ void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingA
   const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetScissor(commands, 0, 1, &area);
-  // A mirrored view reverses the winding of every triangle.
+  // A mirrored view reverses the winding.
   vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
 }
 
@@ -42,7 +42,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                           static_cast<std::uint32_t>(std::max(1.0, std::round(frame_size.y * scale)))};
   const auto layers = static_cast<std::uint32_t>(views);
   context_.samples = std::clamp(context_.quality.samples, 1, std::min(device.max_samples, 4));
-  if (context_.samples == 2) context_.samples = 1;  // some devices do not support 2 samples; all support 1 and 4
+  if (context_.samples == 2) context_.samples = 1;  // not all devices have 2; all have 1 and 4
   context_.view_mask = views == 2 && device.multiview ? 3 : 0;
   pictures = gpu::Image::create(device, {.size = extent,
                                          .layers = layers,
@@ -50,8 +50,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                                          .alias = kColorBytes,
                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  // number of layers of the images below; one layer is sufficient if each eye has its own pass, because the passes then
-  // use the same images one after the other
+  // one, if each eye has its pass: they use the same images in turn
   const std::uint32_t together = context_.view_mask ? layers : 1;
   if (context_.samples > 1)
     color_ =
@@ -110,8 +109,7 @@ void Targets::begin(VkCommandBuffer commands, const gpu::Image& target, bool par
                   by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
                              : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   if (&target != &scene_) return;
-  // A full redraw uses the depth image that is kept for later frames. A partial redraw uses another depth image,
-  // because MaskPass writes the nearest depth into all parts that are not redrawn.
+  // A partial redraw has its own depth image: MaskPass writes the nearest depth into the rest.
   gpu::transition(commands, partly ? depth_ : scene_depth_, VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   kTests, kDepthUse);

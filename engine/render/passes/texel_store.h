@@ -1,6 +1,5 @@
-// A grid of texels around the working tooth on the GPU, of which parts change while the tooth is cut: the film of water
-// and slurry, and the light inside tissue. Without a grid, the image consists of one empty texel, because the
-// descriptor sets need an image.
+// A grid around the working tooth that changes while it is cut: film, or light inside tissue. Without a grid one empty
+// texel, because descriptor sets need an image.
 #pragma once
 
 #include <cstring>
@@ -17,10 +16,10 @@ template <class Texel>
 struct TexelStore {
   dvec3 origin{0};     // m, frame W, position of the first texel
   double spacing = 0;  // m, distance between neighbouring texels
-  glm::ivec3 size{0};  // number of texels along x, y and z; 0: no grid
+  glm::ivec3 size{0};  // 0: no grid
   VolumeImage image;
   SlotBuffers staging;
-  struct Part {  // a changed part of the grid that waits for the next frame
+  struct Part {  // waits for the next frame
     glm::ivec3 lo{0}, size{0};
     std::size_t first = 0;  // index in `texels` of the part's first texel
   };
@@ -36,11 +35,10 @@ struct TexelStore {
     origin = wanted.origin, spacing = wanted.spacing, size = wanted.size;
     image.create(device, on() ? size : glm::ivec3(1), format);
   }
-  /// Copies the texels of the boxes. `texel(i)` returns the texel with the index i = (x·size.y + y)·size.z + z.
+  /// `texel(i)`, i = (x·size.y + y)·size.z + z.
   template <class At>
   void update(const At& texel, std::span<const CellBox> boxes) {
-    // If no frame was drawn for a long time, many changed parts wait to be copied. When they have more texels than the
-    // whole grid, one copy of the whole grid replaces them.
+    // More waiting texels than the grid has: one copy of all.
     const CellBox whole{glm::ivec3(0), size - 1};
     if (texels.size() >
         static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)) {
@@ -59,16 +57,15 @@ struct TexelStore {
         }
     }
   }
-  /// Marks the tiles (squares of the picture) in which the changed parts are visible.
+  /// Tiles in which changed parts show.
   void mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const {
     for (const Part& part : parts) {
-      // The shader interpolates between texels. So a changed texel changes the picture as far as the neighbouring
-      // texels.
+      // Interpolated, so as far as the neighbouring texels.
       const dvec3 lo = origin + spacing * (dvec3(part.lo) - 1.0), hi = origin + spacing * dvec3(part.lo + part.size);
       tiles.mark(seen_in(clip_from_world, glm::vec3(lo), glm::vec3(hi), picture));
     }
   }
-  /// Copies the changed parts into the image before the frame is drawn. Returns the number of copied bytes.
+  /// Before the frame. Returns bytes.
   std::uint64_t record(gpu::Device& device, VkCommandBuffer commands, int slot) {
     if (parts.empty()) return 0;
     const std::size_t bytes = texels.size() * sizeof(Texel);

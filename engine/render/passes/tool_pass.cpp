@@ -36,7 +36,7 @@ void IndexedMesh::destroy(gpu::Device& device) {
 void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   mesh.set(device, std::as_bytes(std::span(shape.vertices)), shape.indices);
   blades = shape.blades;
-  // The shape that casts the shadow consists of a ball with the head's radius and of the shank.
+  // Casts the shadow: a ball of the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : shape.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
@@ -47,8 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // The tool is cut into slices across its axis. The radius of a slice is the largest distance of a vertex from the
-  // axis, over all triangles that overlap the slice.
+  // Per slice, the farthest vertex of all triangles that overlap it.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -83,8 +82,7 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // Sets the constants of frame.glsl. A tool does not use the first seven constants, so they are 0. The last constant
-    // is kLightGrid.
+    // Of frame.glsl: the first seven are unused, the last is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }
@@ -99,8 +97,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   body = shape.body;
   boxes.clear();
   if (!mesh.index_count) return;
-  // Computes one box for each slice of the handpiece along z and along x. The handpiece is long, so a single box would
-  // cover the whole picture.
+  // Slices along z and x: one box would cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
@@ -118,7 +115,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // The triangle's bounds are clipped to the slice, so that a long triangle does not enlarge the slice's box.
+      // Clipped, so that a long triangle does not enlarge the slice.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));
@@ -142,8 +139,7 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
-    // The constants of frame.glsl that a handpiece does not use are 0; the last constant is kPerPixel of
-    // handpiece.glsl.
+    // Of frame.glsl, unused: 0; the last is kPerPixel of handpiece.glsl.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
     handpiece_pipeline = gpu::create_pipeline(context.device, o);
   }

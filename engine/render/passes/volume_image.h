@@ -1,4 +1,4 @@
-// A three-dimensional image that shaders sample. Its x axis is the last axis of the array that fills it.
+// 3-D, sampled by shaders. x is the last axis of the array.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -19,9 +19,9 @@ struct VolumeImage {
   static VkExtent3D extent_of(const glm::ivec3& size) {
     return {static_cast<std::uint32_t>(size.z), static_cast<std::uint32_t>(size.y), static_cast<std::uint32_t>(size.x)};
   }
-  /// Makes an image of `size` texels, all zero, in the layout that shaders read.
+  /// `size` texels, zero, in the shaders' layout.
   void create(gpu::Device& device, const glm::ivec3& size, VkFormat format);
-  /// Records copies from a buffer to the image. The recorded commands must not be inside a rendering pass.
+  /// Outside a rendering pass.
   void copy(VkCommandBuffer commands, VkBuffer from, std::span<const VkBufferImageCopy> parts) const;
   void destroy(gpu::Device& device);
 };
