@@ -11,10 +11,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// number of additional blocks on each side of the active front; because of these blocks, a motion of the head seldom
-// requires to move the front
+// blocks around the front, so that it seldom moves
 constexpr int kRoom = 2;
-// largest number of groups (8 or 16 samples along z); the active front of any dental bur has fewer groups than this
+// groups; no dental bur's front has as many
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
@@ -37,9 +36,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // The lists contain the samples that cuts may change, in groups of 8 or 16, and are divided into parts. Each part
-  // gets memory for twice the average number of groups, because the parts in the middle of the head contain more groups
-  // than the average.
+  // Samples that cuts may change, in groups and parts. Memory for twice the average: parts in the head's middle have
+  // more.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -103,8 +101,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // Moves the active front by `shift` blocks of samples. Blocks from a to b (indices before the move) are also in the
-    // moved front, so their values are copied.
+    // By blocks. Values from a to b (before the move) are copied.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {
@@ -159,9 +156,8 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // One part of the lists of samples can be renewed early per tick. If at most n parts expire within the next n ticks,
-  // for every n, then all parts can be renewed in time. If this condition fails, the part that expires first is renewed
-  // now.
+  // One part may be renewed early per tick. If at most n expire in the next n ticks, for every n, all are in time;
+  // otherwise the first to expire is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();
@@ -177,7 +173,7 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       first_part_(front.part_of(reached.first.x)),
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
-      // A fast head would soon reach the end of the path length, so no list is made for it.
+      // A fast head would soon reach the list's end.
       ahead_(travel > kMostListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
       ahead_of_empty_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}

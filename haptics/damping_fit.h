@@ -1,15 +1,15 @@
-// A measurement records the force while a tool is pushed into tissue. These functions fit the spring and the damper of
-// a coupling to this measurement (Wang et al. 2009, section 3.3.2, and reference 21 of that paper).
+// Spring and damper of a coupling, fitted to the force of a push into tissue (Wang et al. 2009, section 3.3.2 and its
+// reference 21).
 #pragma once
 
 #include <span>
 
 namespace typodont::haptics {
 
-/// One sample of a measurement in which a tool is pushed into tissue.
+/// Of a push into tissue.
 struct PushSample {
   double t = 0;      // s, time; must increase
-  double depth = 0;  // m, depth of the tool in the tissue; 0 or less: no contact
+  double depth = 0;  // m in the tissue; 0 or less: no contact
   double force = 0;  // N, measured force
 };
 
@@ -20,9 +20,8 @@ struct DampingFit {
   int samples = 0;       // number of samples in contact
 };
 
-/// Fits k and b in F = k d + b ḋ by least squares to all samples in contact. d is the depth; its rate ḋ is computed by
-/// central differences. Throws Error if fewer than three samples are in contact, or if the samples cannot distinguish k
-/// from b (the speed is constant or proportional to the depth).
+/// F = k d + b ḋ by least squares over all contact, ḋ by central differences. Throws Error below three samples, or if
+/// the speed is constant or proportional to the depth.
 DampingFit fit_damping(std::span<const PushSample> samples);
 
 }  // namespace typodont::haptics

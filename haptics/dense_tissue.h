@@ -1,4 +1,4 @@
-// Tissue as plain arrays, and boxes of voxels. Independent of OpenVDB, of file formats and of other headers in haptics.
+// Arrays of tissue and boxes of voxels, without OpenVDB, file formats or other headers of haptics.
 #pragma once
 
 #include <cstddef>
@@ -13,51 +13,48 @@
 
 namespace typodont::haptics {
 
-/// A box of voxels from lo to hi, inclusive; empty if lo > hi.
+/// lo to hi, inclusive; empty if lo > hi.
 struct VoxelBox {
   glm::ivec3 lo{1}, hi{0};
   bool empty() const { return lo.x > hi.x; }
 };
-/// Returns the box of the voxels that are in both boxes.
+/// What is in both.
 inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   const VoxelBox box{glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
-/// Directions of the axes of a file's coordinates, relative to the patient.
+/// Axes of a file, relative to the patient.
 enum class PatientAxes : std::uint8_t {
   kUnknown,
-  kLps,  // x to the patient's left, y to the back, z to the head
-  kRas   // x to the patient's right, y to the front, z to the head
+  kLps,  // to the patient's left, back, head
+  kRas   // to the patient's right, front, head
 };
-/// Returns "LPS" or "RAS", or an empty name for unknown axes.
+/// "LPS", "RAS", or empty.
 inline std::string_view name_of(PatientAxes axes) {
   return axes == PatientAxes::kLps ? "LPS" : axes == PatientAxes::kRas ? "RAS" : "";
 }
-/// Returns the axes that name_of() names so, or kUnknown for any other name.
+/// Other names: kUnknown.
 inline PatientAxes patient_axes(std::string_view name) {
   return name == "LPS" ? PatientAxes::kLps : name == "RAS" ? PatientAxes::kRas : PatientAxes::kUnknown;
 }
-/// The place of imported tissue in the file from which it was imported (a scan or a mesh). If tissue is turned or
-/// moved after the import, the place changes with it, so that results can be written in the coordinates of the file.
+/// Where imported tissue is in its file; turns and moves with it, so results can go back to the file's coordinates.
 struct FilePlace {
-  Pose X_FW;  // converts a position in the tissue's frame to a position in the file, m
+  Pose X_FW;  // tissue's frame to file, m
   PatientAxes axes = PatientAxes::kUnknown;
 };
 
-/// A box of tissue as plain arrays. Importers and analytic solids create it. z runs fastest: index (x·size.y +
-/// y)·size.z + z.
+/// By importers and solids. z fastest: (x·size.y + y)·size.z + z.
 struct DenseTissue {
-  VoxelFrame frame;  // voxel (0,0,0) of the arrays is at the position frame.origin
+  VoxelFrame frame;  // voxel (0,0,0) is at frame.origin
   glm::ivec3 size{0};
-  std::vector<float> distance;  // m, signed distance, negative inside; exact wherever |distance| < band
-  // Tissue of every voxel. Voxels outside the surface are kAir, except a layer of at least one voxel around the tissue:
-  // it has the label of the nearest tissue, so that labels can be read at the surface.
+  std::vector<float> distance;  // m, negative inside; exact where |distance| < band
+  // Outside: kAir, but at least one voxel around has the nearest tissue, so that labels can be read at the surface.
   std::vector<Tissue> tissue;
-  // hardness of every voxel (hardness.h); if the array is empty, every voxel has kOwnHardness
+  // hardness.h; empty: kOwnHardness everywhere
   std::vector<std::uint8_t> hardness;
   double band = 1.5e-3;       // m, largest distance that is stored
-  bool exact_outside = true;  // true: outside the tissue, the stored distance never exceeds the true distance
+  bool exact_outside = true;  // outside, never more than the true distance
   FilePlace place;
 
   std::size_t at(int x, int y, int z) const {

@@ -15,8 +15,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   past_[newest_] = {tick.t, {tick.f_T_W, tick.tau_T_W}};
   count_ = std::min(count_ + 1, past_.size());
 
-  // Updates the energy ledger: subtracts the energy that the force of the last tick has given to the hand during the
-  // hand's motion since that tick.
+  // Energy that the last force has given to the hand since.
   const dvec3 moved = begun_ ? tick.X_WT.p - X_WT_.p : dvec3(0);
   const dvec3 turned = begun_ ? rotation_vector(X_WT_.R, tick.X_WT.R) : dvec3(0);
   const double dt = begun_ ? std::max(to_seconds(tick.t - t_), 0.0) : tick_;
@@ -25,7 +24,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
 
   Wrench wrench{tick.f_T_W, tick.tau_T_W};
   if (delay > 0) {
-    wrench = {};  // the delayed force is zero until the oldest stored force is as old as the delay
+    wrench = {};  // zero until the oldest force is old enough
     for (std::size_t i = 0; i < count_; ++i) {
       const Row& row = past_[(newest_ + past_.size() - i) % past_.size()];
       if (tick.t - row.t < delay) continue;
@@ -33,12 +32,11 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // If both the delayed force and the present force are zero, the contact has ended. A debt in the energy ledger is
-  // then cancelled, so that the next contact starts without debt.
+  // Delayed and present force are zero: contact has ended, and a debt is cancelled.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double fraction =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);
-  // Only a delayed force needs the passivity law here. Without a delay, the servo has already applied this law.
+  // Without delay the servo has applied this law.
   if (delay > 0) wrench.f_T_W *= fraction, wrench.tau_T_W *= fraction;
   return sent_ = wrench;
 }

@@ -1,5 +1,4 @@
-// Delays the force between servo and hand, as a stimulus for experiments on the perception of delay. Servo thread;
-// never allocates after construction.
+// A stimulus for experiments on delay. Servo thread; allocates only in the constructor.
 #pragma once
 
 #include <vector>
@@ -10,20 +9,18 @@
 
 namespace typodont::haptics {
 
-/// Delays forces. A delayed spring is not passive: while the hand retreats, the spring still pushes with an earlier,
-/// larger force, and so returns more energy than it received. Therefore the delayed force has an energy ledger of its
-/// own. With this ledger, the servo's passivity law limits the delayed force.
+/// A delayed spring is not passive: it still pushes a retreating hand with an earlier, larger force. So the delayed
+/// force has an energy ledger of its own, by which the servo's passivity law limits it.
 class ForceDelay {
  public:
   struct Wrench {
     dvec3 f_T_W{0}, tau_T_W{0};  // force (N) and torque (N·m) on the hand
   };
 
-  /// `settings`: settings of the servo whose force is delayed. `most`: largest delay for pass(), s.
+  /// `settings`: of the servo. `most`: s, for pass().
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Must be called once per tick. Returns the force and torque of the newest tick that is at least `delay` (ns) old.
-  /// With a delay of 0, returns the force of `tick` unchanged.
+  /// Once per tick. Force and torque of the newest tick at least `delay` (ns) old; 0: of `tick` unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:
@@ -36,7 +33,7 @@ class ForceDelay {
   std::vector<Row> past_;  // ring buffer of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J, balance of the energy ledger: energy that the hand has given to the delayed force so far
+  double energy_ = 0;  // J that the hand has given to the delayed force
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

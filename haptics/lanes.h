@@ -1,6 +1,5 @@
-// Vectors of eight floats, for functions (kernels) that are compiled for several instruction sets
-// (engine/base/dispatch.h). With GCC's vector types, the results are the same on every processor. Only the .cpp files
-// of haptics include this header.
+// Eight floats for kernels of several instruction sets (engine/base/dispatch.h), with equal results by GCC's vector
+// types. Only for haptics' .cpp files.
 #pragma once
 
 #include <cmath>
@@ -21,7 +20,7 @@ typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
 using typodont::bits_of;
 
-/// Returns a bit mask with one bit for each lane of `mask`.
+/// One bit per lane.
 TYPODONT_INLINE unsigned bits_of(const L8& mask) {
   return bits_of(__builtin_convertvector(mask, I8));
 }
@@ -43,22 +42,20 @@ TYPODONT_INLINE bool any_of(const I8& mask) {
 }
 
 TYPODONT_INLINE void take_root(D8& v) {
-  asm("" : "+m"(v));  // writes and reads v; otherwise the compiler would compute some roots one by one
+  asm("" : "+m"(v));  // through v, or some roots are computed one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 TYPODONT_INLINE void take_root(F8& v) {
-  // Writes the value to memory and reads it again. Otherwise the compiler would split the vector and compute some of
-  // the eight roots one by one.
+  // Through memory, or the compiler splits the vector and computes some of the eight roots one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 
-/// Table of permutations of a vector's eight lanes. `order[mask]` is the permutation that moves the lanes of `mask`
-/// (one bit per lane) to the front of the vector.
+/// `order[mask]` moves the lanes of `mask` to the front.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

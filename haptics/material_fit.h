@@ -1,4 +1,4 @@
-// Fits the densities of a sphere packing to a measured force curve (paper S2 in docs/papers.md, eq. 14). Slow.
+// Densities of a packing from a force curve (S2 in docs/papers.md, eq. 14). Slow.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace typodont::haptics {
 
-/// One sample of a measurement: a machine feeds the rotating tool into tissue, and a sensor records the force.
+/// A machine feeds the rotating tool; a sensor records the force.
 struct FeedSample {
   double t = 0;      // s, time
   Pose X_WT;         // pose of the tool
@@ -22,46 +22,38 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// Step size η of eq. 14 in paper S2, in density per newton. 0: for each moment (interval of the curve), η is chosen
-  /// such that one step removes the fraction `relaxation` of the difference between simulated and measured force.
+  /// η of eq. 14, density per newton. 0: per moment, so that a step removes `relaxation` of the force's difference.
   double eta = 0;
-  // Fraction of the difference between simulated and measured force that one step removes. In eq. 14 of paper S2, it is
-  // η g Σw² (η: step size; g: simulated force per mean density; w: weights of the spheres in the mean). The iteration
-  // converges for values between 0 and 2.
+  // η g Σw² of eq. 14 (g: simulated force per mean density; w: the spheres' weights). Converges between 0 and 2.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
-  int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
+  int moments = 300;  // intervals of the curve, each with its mean force
   std::function<void(double fraction)> progress;
 };
 
 struct MaterialFit {
-  std::uint64_t seed = 0, tissue_hash = 0;  // seed: random seed of the fitted packing; tissue_hash: hash of its tissue
-  // For every sphere: fitted hardness as a fraction of its tissue's own hardness; 1 if the tool never touched the
-  // sphere.
+  std::uint64_t seed = 0, tissue_hash = 0;  // of the packing, and of its tissue
+  // Per sphere: fraction of its tissue's own hardness; 1 if never touched.
   std::vector<float> hardness;
-  std::vector<bool> fitted;  // for every sphere: true if the tool touched it
-  // N²; mean over all moments of (simulated force − measured force)², before each iteration and after the last one
+  std::vector<bool> fitted;  // touched, per sphere
+  // N²; mean of (simulated − measured)², before each iteration and after the last
   std::vector<double> error;
-  // For every moment with contact, after the last iteration: time (s), measured force (N), simulated force (N).
+  // Per moment with contact, at the end: s, N measured, N simulated.
   std::vector<double> t, measured, simulated;
-  double stability = 0;  // largest value of stability_of() over all samples of the curve
+  double stability = 0;  // of stability_of(), largest over the curve
 };
 
-/// Applies eq. 14 of paper S2 to one moment (interval of the curve): changes the densities of the spheres that the tool
-/// overlaps, so that the simulated force approaches the measured force. `overlap`: index and overlapping volume (m³) of
-/// each sphere. The simulated force is `gain` times the mean density, weighted by overlap. `rho`: densities of all
-/// spheres. Returns the simulated force before the change, N.
+/// Eq. 14 for one moment: `overlap` is index and m³ per sphere, simulated force `gain` times the mean density by
+/// overlap, `rho` all densities. Returns N before the change.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns η g Σw² of eq. 14 in paper S2, for one moment (interval of the curve). η: step size `eta`; g: simulated
-/// force per mean density, `gain`; w: weights of the spheres in the mean. One step removes this fraction of the
-/// difference between simulated and measured force. The iteration is stable if the value is below 2.
+/// η g Σw² of eq. 14 for one moment: `eta`, `gain` (force per mean density), weights w. The fraction that a step
+/// removes; stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
-/// Fits the densities. The tool moves through the tissue on the recorded path; the simulated force of each moment is
-/// the force that the motor needs to remove the tissue there (see class PackingModel). `settings`: tool, spindle,
-/// materials and a method "packing". Throws Error if the method is another one, if the curve has no contact, or if the
-/// step size is unstable. `curve`: name of the measurement for messages.
+/// Along the recorded path; each moment's force is what the motor needs there (PackingModel). `settings`: tool,
+/// spindle, materials, method "packing". Throws Error for another method, a curve without contact, or an unstable step.
+/// `curve`: name for messages.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

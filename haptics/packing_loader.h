@@ -19,7 +19,7 @@ struct PackingLoaderRegistration {
   explicit PackingLoaderRegistration(PackingLoader loader);
 };
 
-/// Function that reads a closed mesh as the head of a tool. `unit`: metres per unit of the file.
+/// A closed mesh as a head. `unit`: metres per unit of the file.
 using ToolMeshReader = std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)>;
 
 /// Registers, before main(), a function that reads meshes. Declare an object at namespace scope:

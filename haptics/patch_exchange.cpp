@@ -4,8 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns, longest time for which the servo leaves a new patch (copy of the tissue) in the channel until it is complete. In
-// 5 ms, a hand that cuts moves less than 0.25 mm.
+// ns that a new patch may wait for completion; a cutting hand moves less than 0.25 mm in 5 ms
 constexpr Nanos kPatience = 5'000'000;
 
 }  // namespace
@@ -13,7 +12,7 @@ constexpr Nanos kPatience = 5'000'000;
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
   way_.take_returned();
   Snapshot& fresh = *way_.back();
-  // As long as another patch is offered, it is not known from which patch the servo would make a step.
+  // While a patch is offered, it is unknown from which one the servo would step.
   carver.take_snapshot(center_W, fresh, 0, offered_ == 0 ? held_ : 0);
   offered_ = fresh.number;
   offered_step_ = fresh.from != 0;
@@ -52,8 +51,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       adopted_ = true;
       return &fresh;
     }
-    // If the patch (copy of the tissue) cannot be given back to the channel, a newer patch has arrived. The next pass
-    // of the loop examines the newer patch.
+    // Not given back: a newer one has come, for the loop's next pass.
     if (way_.give_back()) break;
   }
   return nullptr;

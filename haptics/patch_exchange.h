@@ -1,8 +1,6 @@
-// Passes patches (copies of the tissue around the tool) from the carver to the servo. While the carver copies a patch,
-// the servo continues to cut. The new patch lacks these cuts, and the servo would have to repeat all of them in one
-// tick. Therefore the servo leaves the patch in the channel for a few milliseconds, while the carver adds these cuts.
-// But most patches are steps from the servo's patch (patch_step.h). In these, the servo keeps its samples with all its
-// cuts, so it adopts them at once.
+// From carver to servo. The servo cuts on while a patch is copied, and would have to repeat these cuts in one tick. So
+// it waits a few milliseconds while the carver adds them; steps (patch_step.h), where its own samples stay, are adopted
+// at once.
 #pragma once
 
 #include <memory>
@@ -13,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Connects one carver thread and one servo thread. Neither blocks; the servo's side is lock-free (class Latest).
+/// One carver and one servo thread; nobody blocks, the servo's side is lock-free (Latest).
 class PatchExchange {
  public:
   /// Uses `carver` only to create the empty snapshots.
@@ -23,22 +21,18 @@ class PatchExchange {
   /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo. If the servo holds the patch that was
   /// offered last, the new patch may be a step from it (Snapshot::from), which needs less copying.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Adds the missing cuts to the patch (copy of the tissue) that is offered to the servo. `held`: number of the patch
-  /// that the servo uses (ServoTick::patch). Returns false if no patch is offered. While it returns true, the carver
-  /// should call it again without sleeping.
+  /// Adds missing cuts to the offered patch. `held`: ServoTick::patch. False: none offered; while true, call again
+  /// without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
   // Function for the servo thread.
-  /// Returns the patch (copy of the tissue) that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`:
-  /// time of any steady clock, ns. After adopt() the returned object contains the servo's previous patch. The next call
-  /// gives this patch to the carver, which reuses it, because it already contains most of the samples.
+  /// To adopt now, or null. `cuts`: so far; `t`: ns, any steady clock. After adopt() it holds the servo's previous
+  /// patch, which the next call returns to the carver for reuse.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Identifies the edits of the tissue that are not cuts: undo, redo and the removal of loose pieces. After such an
-  /// edit, the same cut may remove another volume. So if the offered patch and the servo's patch have different
-  /// numbers, the carver must not add cuts to the offered patch. The servo itself then repeats these cuts, and counts
-  /// the volume that they remove.
+  /// Undo, redo and removed loose pieces: a cut may then remove another volume. With different numbers, the servo
+  /// itself repeats the cuts and counts their volume.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;
@@ -46,16 +40,15 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // The next members are used by the carver thread.
-  // number of the patch (copy of the tissue) that is offered to the servo; 0: none
+  // Carver thread: number of the offered patch; 0: none
   alignas(64) std::uint32_t offered_ = 0;
-  bool offered_step_ = false;  // true: the offered patch is a step, to which no cuts must be added
-  std::uint32_t held_ = 0;     // number of the patch that the servo holds, if no other patch is offered
+  bool offered_step_ = false;  // offered as a step: no cuts are added
+  std::uint32_t held_ = 0;     // the servo's, if none is offered
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
-  // The next members are used by the servo thread.
-  alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the servo began to wait; 0: it does not wait
-  bool adopted_ = false;                 // true: the last call of take() returned a patch (copy of the tissue)
+  // Servo thread:
+  alignas(64) Nanos waiting_since_ = 0;  // ns, since when it waits; 0: not
+  bool adopted_ = false;                 // the last take() returned one
 };
 
 }  // namespace typodont::haptics

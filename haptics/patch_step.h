@@ -1,6 +1,5 @@
-// The samples that a patch (the servo's copy of the tissue around the tool) gains when it moves. The servo keeps the
-// samples that stay inside its patch, because it makes its cuts in them itself. So the carver copies only the leaves
-// (blocks of 8³ samples) that come in, and the servo copies them to its patch.
+// What a moving patch gains. The servo keeps the samples that stay, with its cuts, and copies in only the carver's new
+// leaves of 8³.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +13,12 @@ namespace typodont::haptics {
 
 struct SurfacePatch;
 
-/// A list of leaves of the tissue. The carver fills it, and the servo reads it. The memory is allocated at set-up.
+/// Filled by the carver, read by the servo. Allocates at set-up.
 class PatchStep {
  public:
-  static constexpr int kSide = 8, kSamples = kSide * kSide * kSide;  // samples of a leaf, along each axis and in all
+  static constexpr int kSide = 8, kSamples = kSide * kSide * kSide;  // per axis, and in all
 
-  /// A leaf. If all its samples have the same distance (or label and hardness), only this one value is stored.
+  /// Uniform distances (or labels and hardness) are one value.
   struct Leaf {
     glm::ivec3 lo;  // position of its first sample in voxels
     bool one_distance, one_label;
@@ -27,16 +26,14 @@ class PatchStep {
     Tissue label;           // label.h
     std::uint8_t hardness;  // hardness.h
   };
-  /// Pointers to the samples of one leaf, z fastest. Only those arrays are valid for which the leaf does not have one
-  /// value. `hardness` is null if the tissue has no hardness per voxel.
+  /// z fastest; valid where the leaf is not uniform. `hardness`: null without hardness per voxel.
   struct Samples {
     float* distance;
     Tissue* label;
     std::uint8_t* hardness;
   };
 
-  /// Returns the largest number of leaves that a patch with `edge` leaves along each axis can gain in one step: those
-  /// of a step by one leaf along all three axes.
+  /// Of one step by a leaf along all axes, for `edge` leaves each.
   static std::size_t most_for(int edge) {
     const auto cube = [](std::size_t n) { return n * n * n; };
     return edge < 1 ? 0 : cube(static_cast<std::size_t>(edge)) - cube(static_cast<std::size_t>(edge) - 1);
@@ -50,10 +47,10 @@ class PatchStep {
   /// Allocates the memory for hardness per voxel.
   void grade() { hardness_.resize(labels_.size()); }
 
-  /// Returns the number of leaves for which there is memory.
+  /// That fit in memory.
   std::size_t most() const noexcept { return distances_.size() / kSamples; }
   void clear() noexcept { leaves_.clear(); }
-  /// Appends a leaf; the caller then writes samples(size() − 1). There must be memory for it.
+  /// The caller then writes samples(size() − 1). Needs memory.
   void add(const Leaf& leaf) { leaves_.push_back(leaf); }
   std::size_t size() const noexcept { return leaves_.size(); }
   const Leaf& leaf(std::size_t i) const noexcept { return leaves_[i]; }
@@ -69,8 +66,8 @@ class PatchStep {
   std::vector<std::uint8_t> hardness_;
 };
 
-/// Moves `patch` to the place of `fresh`, which is a step from it (Snapshot::from), and gives it all other data of
-/// `fresh`, except for the samples that stay inside. `fresh` receives the coarse patch of `patch`.
+/// To the place of its step `fresh` (Snapshot::from), with its data except the samples that stay. `fresh` gets the
+/// coarse patch of `patch`.
 void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept;
 
 }  // namespace typodont::haptics

@@ -20,15 +20,13 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Normalises R, unless R is already a unit quaternion within rounding error. A replay passes the orientations that a
-/// tick returned (ServoTick::X_WT). Such an orientation must keep its bits, so that the replay computes the same force.
+/// Unless a unit already: orientations of a tick (ServoTick::X_WT) must keep their bits in a replay.
 dquat made_unit(const dquat& R) {
-  constexpr double kRounding = 1e-14;  // tolerance of |R|² - 1; larger than the rounding error of a normalisation
+  constexpr double kRounding = 1e-14;  // of |R|² - 1, beyond a normalisation's rounding
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
 
-/// Copies a tick in pieces of 16 bytes. To copy the whole struct at once, the compiler would use a string instruction,
-/// which is slow to start.
+/// In 16 bytes each: a string instruction starts slowly.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
   constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
@@ -57,8 +55,7 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // A patch holds a tool that is up to `travel` away from its centre. Its centre is rounded to a multiple of eight
-  // voxels, so the wanted centre must be nearer to the tool.
+  // The patch's centre is rounded to eight voxels, so the wanted one is nearer to the tool than `travel`.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -88,8 +85,7 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
 void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // if the hand's pose is invalid, the last pose of the proxy replaces it
+  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;  // an invalid hand: the proxy's last pose
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -112,8 +108,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After invalid input or a pause, the proxy stays where it was, outside the tissue. If the hand has moved far away
-  // meanwhile, the proxy starts at the hand.
+  // After invalid input or a pause the proxy stays outside, or starts at a hand far away.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;
@@ -137,9 +132,8 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // the hand felt no force in the last tick, so the device and the hand exchanged no energy
-  // Work on the hand: last force × displacement + last torque × rotation. This sum is exact, because force and torque
-  // were constant during the tick.
+  if (motion.idle) return;  // no force in the last tick, so no energy
+  // Last force × displacement + last torque × rotation; exact, because both were constant.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
@@ -183,9 +177,8 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
       (settings.vibration.band > 0 && cutting.speed > 0)) {
     return false;
   }
-  // m.room is the distance that the tool may move before it can touch anything. Each tick subtracts the motion of the
-  // hand from m.room. The model computes a new clearance only when m.room is used up. As long as m.room is above zero,
-  // the tool has no contact, so the proxy is at the hand.
+  // What the tool may move before it can touch. Each tick takes off the hand's motion; at zero the model computes a new
+  // clearance. Above zero the proxy is at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
   double way = moved;
   if (!(m.room > least && way <= m.room)) {
@@ -200,7 +193,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
-  cutting.budget = std::min(cutting.budget, 0.0);  // a head without contact must not collect energy for a later cut
+  cutting.budget = std::min(cutting.budget, 0.0);  // without contact, no energy for a later cut
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
@@ -233,8 +226,7 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.relative_stiffness = coupling.relative_stiffness;
 }
 
-/// Sets the fault kStalePatch if a new snapshot of the tissue has been due for too long, which means that the carver
-/// thread is late. The force remains, because the old snapshot is still correct.
+/// kStalePatch: a snapshot is overdue, the carver late. The old one is still correct, so the force stays.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
@@ -292,7 +284,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  // If the tool also touches hard tissue, the tick reports the hard tissue instead of the soft tissue.
+  // Hard tissue is reported before soft.
   if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
@@ -330,7 +322,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const ServoSettings& settings = s.settings;
   TickData now{hand, out, cut};
 
-  // Time since the last tick. If the clock jumps, the nominal tick length is used.
+  // s; the nominal tick if the clock jumps
   now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 
@@ -340,11 +332,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
-  // Without a valid pose of a hand, the force of this tick is zero, and the proxy starts again at the next valid pose.
-  // The hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise a jump of the
-  // pose could make the ledger negative (last force × jump), and with a negative ledger the servo gives no force.
-  // If the orientation is the same as in the last tick, it is already known to be a unit quaternion, and is not checked
-  // again.
+  // No valid hand: zero force, and the proxy starts anew. Motion without force must not count: last force × jump could
+  // make the ledger negative, and then there is no force. An unchanged orientation is known to be a unit.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
@@ -358,8 +347,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Copies the position from the input to both poses. If it were copied from one pose to the other, the second copy
-  // would wait until the first one is stored.
+  // From the input to both: one from the other would wait for the store.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

@@ -4,9 +4,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Maps the same shared memory twice, at `both` and at `both` + `size`, without a file: mremap() with an old length of
-/// 0 creates the second mapping. Returns false if this fails, as under Valgrind, which does not know this use of
-/// mremap().
+/// Twice at `both` and `both` + `size`, without a file: mremap() with an old length of 0. False under Valgrind, which
+/// does not know it.
 bool map_without_file(char* both, std::size_t size) {
   void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (once == MAP_FAILED) return false;
@@ -17,8 +16,7 @@ bool map_without_file(char* both, std::size_t size) {
   return false;
 }
 
-/// Maps the same shared memory twice, like map_without_file(), but with a file in memory. A limit on the size of files
-/// (RLIMIT_FSIZE) also limits this file.
+/// With a file in memory, which RLIMIT_FSIZE limits, too.
 bool map_file(char* both, std::size_t size) {
   const int file = memfd_create("typodont patch", MFD_CLOEXEC);
   if (file < 0) return false;
@@ -29,8 +27,7 @@ bool map_file(char* both, std::size_t size) {
   return mapped;
 }
 
-/// Calls the program's handler for failed allocations, as operator new does. The handler frees memory that destructors
-/// may need. Then throws std::bad_alloc.
+/// As operator new: the handler, which frees memory for destructors, then std::bad_alloc.
 [[noreturn]] void throw_no_memory() {
   if (const std::new_handler handler = std::get_new_handler()) handler();
   throw std::bad_alloc();

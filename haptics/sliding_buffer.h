@@ -1,6 +1,5 @@
-// An array in a ring buffer: a window that moves over a larger array. Samples that stay inside the window keep their
-// memory addresses; only the start of the array changes. The memory of the ring is mapped twice in sequence, so that
-// the array is contiguous for every start.
+// A window over a larger array in a ring: what stays keeps its address, only the start moves. Mapped twice in sequence,
+// so it is contiguous.
 #pragma once
 
 #include <sys/mman.h>
@@ -14,12 +13,11 @@
 
 namespace typodont::haptics {
 
-/// Maps `size` bytes twice, one after the other, and returns their address. `size`: a multiple of the size of a page.
-/// All pages are already in memory, so that the servo causes no page faults. Throws std::bad_alloc.
+/// `size` bytes twice in sequence; a multiple of a page. In memory already, so no page faults in the servo. Throws
+/// std::bad_alloc.
 void* map_twice(std::size_t size);
 
-/// An array whose start can be moved. It owns its memory; a copy of the object copies the elements. Set-up functions
-/// allocate memory, and throw std::bad_alloc.
+/// Owns its memory; copies copy elements. Set-up functions allocate and throw std::bad_alloc.
 template <class T>
 class SlidingBuffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -40,18 +38,17 @@ class SlidingBuffer {
   }
   ~SlidingBuffer() { release(); }
 
-  /// Resizes the array to `count` elements and sets all of them to `value`.
+  /// All become `value`.
   void assign(std::size_t count, T value) {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Resizes the array. If the number of elements does not change, they keep their values; otherwise all become T{}.
+  /// Keeps values at the same size; otherwise T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }
 
-  /// Moves the start of the array by `by` elements (negative: backward). Element i is then the element that had the
-  /// index i + by before. If there was no such element, its value is unspecified. Copies no memory.
+  /// By `by` elements (negative: back): element i is the former i + by, or unspecified. Copies nothing.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);
@@ -100,9 +97,9 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  // number of elements in the ring; after so many elements, the same memory is mapped a second time
+  // elements until the memory repeats
   std::size_t ring_ = 0;
-  std::size_t first_ = 0;  // position of the array's first element in the ring
+  std::size_t first_ = 0;  // of the first element in the ring
 };
 
 }  // namespace typodont::haptics

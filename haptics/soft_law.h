@@ -13,12 +13,12 @@ struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
   // m; thinner tissue has its own
   double thickness = 2e-3;
-  double return_time = 0.2;         // s, time constant with which the tissue recovers after release
-  double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
-  double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove soft tissue
+  double return_time = 0.2;         // s, of recovery after release
+  double friction = 0.1;            // Coulomb, for a tool that does not rotate
+  double specific_energy = 0.3e9;   // J/m³, for a bur
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, a cut that is deeper than this bleeds
-  double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
+  double bleeding_depth = 0.25e-3;  // m, deeper cuts bleed
+  double blood_radius = 2.5e-3;     // m, final, around a wound
   double blood_time = 8;            // s, time constant with which the stain grows
 };
 

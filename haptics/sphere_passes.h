@@ -1,6 +1,5 @@
-// The three passes of the contact model "packing" over all spheres of a tissue (paper S2 in docs/papers.md): first
-// contact, material at the contact, and removal along the path. A GPU runs each pass with one thread per tissue sphere.
-// This module does not use Vulkan; another module registers an implementation with Vulkan.
+// Passes of "packing" over all spheres (S2 in docs/papers.md): first contact, material there, removal along the path.
+// On a GPU a thread per sphere; another module registers Vulkan.
 #pragma once
 
 #include <algorithm>
@@ -18,27 +17,25 @@ namespace typodont::haptics {
 
 namespace packing {
 
-/// Defines which volume counts as removed when a sphere is partly cut.
+/// What counts as removed of a partly cut sphere.
 enum class Removal {
-  // volume of the part of the uncut sphere that the tool covers (the lens in eq. 2 of paper S2, docs/papers.md)
+  // what the tool covers of the uncut sphere (lens, eq. 2 of S2)
   kMended,
-  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ of a sphere of
-  // radius r it is about 2r/δ times too large
+  // what it shrinks by (eq. 6 of S2 as printed): about 2r/δ times too much at small overlap δ
   kAsPrinted,
 };
 
-/// State of a sphere that was cut. `base` is the sphere before the present cut: as packed, or after an earlier cut from
-/// another side. Eq. 6 of paper S2 computes the present sphere from the base. Shaders read this struct as ten doubles.
+/// A cut sphere. `base` is it before the present cut; eq. 6 of S2 gives the present one. Ten doubles for shaders.
 struct CutSphere {
-  dvec3 base{0};           // m, centre of the sphere before the present cut, workbench frame W
+  dvec3 base{0};           // m, W, before the present cut
   double base_radius = 0;  // m, radius of the sphere `base`
-  // m³, volume of tissue that the sphere `base` represents: its own volume and its part of the gaps around it
+  // m³ that `base` stands for, with its part of the gaps
   double base_volume = 0;
-  // unit vector to the centre of the base sphere, from the nearest point of the path on which the tool cut it
+  // unit vector to the base's centre, from the nearest point of the cutting path
   dvec3 away{0};
-  // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely
+  // m, largest overlap with the base; at 2 · base_radius it is gone
   double overlap = 0;
-  double tool = 0;  // m, radius of the tool's ball that cut the sphere
+  double tool = 0;  // m, of the ball that cut
 
   bool operator==(const CutSphere&) const = default;
   double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }
@@ -48,72 +45,68 @@ static_assert(sizeof(CutSphere) == 10 * sizeof(double));
 
 }  // namespace packing
 
-/// A sphere of the tool that moves by `way`. Metres, workbench frame W.
+/// Moves by `way`. m, W.
 struct SweptBall {
   dvec3 from{0}, way{0};
   double radius = 0;
 };
-/// A sphere of the tool at rest. Metres, workbench frame W.
+/// At rest. m, W.
 struct RestingBall {
   dvec3 p{0};
   double radius = 0;
 };
-/// A sphere of the tool that cuts on its path from `from` to `to`. Only tissue spheres near the path from `from` to
-/// `near_to` are examined; `near_to` lies at `to` or beyond it. Metres, workbench frame W.
+/// Cuts from `from` to `to`; spheres near `from` to `near_to`, at or beyond `to`, are examined. m, W.
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;
 };
 
-/// The first contact between spheres of the tool and spheres of the tissue. If several contacts occur at the same time,
-/// the one with the lowest index `ball` counts. Among those, the one with the lowest index `sphere` counts.
+/// Earliest; at equal times the lowest `ball`, then the lowest `sphere`.
 struct FirstContact {
-  // fraction of the path at the contact, 0 to 1; infinity: no contact
+  // of the path, 0 to 1; infinity: none
   double t = std::numeric_limits<double>::infinity();
-  // index of the tool's sphere and of the tissue's sphere; -1: no contact
+  // of tool and tissue; -1: none
   int ball = -1, sphere = -1;
 };
-/// A pair of a tool sphere and a tissue sphere, with the volume of their overlap or of the removal, m³.
+/// m³, overlap or removal.
 struct SphereShare {
   std::uint32_t ball, sphere;
   double volume;
 };
-/// The state of a tissue sphere after a tool sphere has cut it.
+/// After a tool's sphere.
 struct SphereChange {
   std::uint32_t ball, sphere;
   packing::CutSphere after;
 };
 
-/// The three passes (first contact, overlap, removal) on a GPU. Used by one thread at a time; after set-up, by the
-/// servo thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
-/// false, the tissue on the GPU is unknown, and load() must be called before any other function.
+/// On a GPU, with the CPU's bits; lists unsorted. One thread at a time, after set-up the servo's. False: the GPU's
+/// tissue is unknown, load() first.
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;
 
   /// Returns the name of the GPU, for messages.
   virtual std::string device() const = 0;
-  /// spheres(): number of spheres of the tissue. most_balls(): largest number of spheres of a tool.
+  /// of the tissue; most_balls(): of a tool, at most.
   virtual std::size_t spheres() const noexcept = 0;
   virtual std::size_t most_balls() const noexcept = 0;
 
-  /// Copies the whole tissue to the GPU; `tissue` must contain spheres() elements.
+  /// Whole tissue, spheres() elements.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;
 
-  /// Pass 1: finds the first contact on the path of the tool's spheres.
+  /// Pass 1: first contact on the spheres' path.
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
-  /// Pass 2: finds all pairs of spheres that overlap, with the overlap's volume. The list is valid until the next call.
+  /// Pass 2: overlapping pairs, with volumes. Until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Does the same as pass 3, but does not change the tissue: computes the volume that each tool sphere would remove
-  /// from each tissue sphere. The tool spheres cut one after the other, so what one sphere removes is not counted again
-  /// for the next one.
+  /// Pass 3 without a change: what each tool sphere would remove from each of the tissue, one after the other, nothing
+  /// twice.
   virtual bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3: cuts the tissue with the tool's spheres, one after the other. Returns all changes of each tissue sphere.
+  /// Pass 3: one tool sphere after the other. All changes of each tissue sphere.
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;
 };
 
-/// A function that creates the passes at set-up, for a given number of tissue spheres. Returns null if no GPU can run
-/// them. A software GPU is used only if `any_device` is true, for tests and measurements.
+/// At set-up, for so many spheres; null without a fitting GPU. A software GPU only with `any_device`, for tests and
+/// measurements.
 using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_t spheres, bool any_device)>;
 
 /// Registers, before main(), a function that creates the passes. Declare an object at namespace scope:
@@ -121,7 +114,7 @@ using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_
 struct SpherePassesRegistration {
   explicit SpherePassesRegistration(SpherePassesMaker maker);
 };
-/// Calls the registered function; returns null if none is registered.
+/// Null if none is registered.
 std::unique_ptr<SpherePasses> make_sphere_passes(std::size_t spheres, bool any_device);
 
 }  // namespace typodont::haptics

@@ -11,10 +11,10 @@ namespace typodont::haptics {
 struct ShownSphere {
   dvec3 p_W{0};        // m, centre
   double radius = 0;   // m
-  double density = 0;  // density relative to dentin; it determines the cutting speed
+  double density = 0;  // relative to dentin; decides the cutting speed
 };
 
-/// Returns all remaining spheres; empty if the carver uses another method. Carver thread only.
+/// All that remain; empty with another method. Carver thread.
 std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings);
 
 }  // namespace typodont::haptics

@@ -12,25 +12,22 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is cut in one step. Such a step first cuts with the head at its end pose. Then a search
-// finds the samples that were deeper inside the head during the motion than at its end.
+// Voxels of path in one step: cuts at the end pose, then searches samples that were deeper on the way.
 constexpr double kShort = 3;
-// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. When a whole bed (hole)
-// is drilled, the error from all these sideways motions together is far below kTop (5e-4 voxel), the tolerance of the
-// samples' depths.
+// Voxels sideways per step of a drill along its axis; over a whole bed far below kTop (5e-4 voxel), the tolerance of
+// depths.
 constexpr double kAlongAxis = 1e-9;
 
-/// Returns true if the head is a cylinder with a flat end. Only for such a head is the fast code for the rim exact.
+/// A flat-ended cylinder: the rim's fast code is exact for it only.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
   return end.nax == 0 && end.naz == -1 && flank.nax == 1 && flank.naz == 0 && end.length == flank.ax &&
          end.bz == flank.az;
 }
 
-/// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
+/// The drill moves from A to B (voxels) along its axis, free end ahead.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // Only for a cylinder that is at least as long as its diameter. The upper end of a shorter head would be near the
-  // samples that the lower end cuts, and could also change them.
+  // At least as long as wide: a shorter head's upper end could change what the lower one cuts.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -38,10 +35,9 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest deviation between the curved path of a sample and the straight segments that replace it.
+// Voxels, from a sample's curved path to its straight segments.
 constexpr double kBend = 0.01;
-// Voxels; for a head with a round end: the curved path of a sample is divided into parts that deviate from a straight
-// line by at most this. A second-order correction (Straight::bend_turn) makes the remaining error much smaller.
+// Voxels, the same for a round end; the correction Straight::bend_turn makes the rest much smaller.
 constexpr double kMostBend = 0.03;
 
 }  // namespace
@@ -62,8 +58,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : displacement_bound(X_VA_, X_VB_, reach);
   if (!sphere_) {
-    // In the frame of a rotating head, the path of a sample is curved. The largest deviation of this path from a
-    // straight line is an eighth of the change of the path's direction vector.
+    // In a rotating head's frame a sample's path is curved: off a line by an eighth of the change of its direction
+    // vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const HeadField head(tool, frame.voxel);
@@ -76,16 +72,14 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ =
         continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // If the drill moves along its axis, most samples beside its flank do not change. These are the samples whose
-      // nearest point on the head is on the flank, with the head at the start of the sweep (A).
-      const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
+      // Beside a drill that moves along its axis, samples nearest to the flank at A do not change.
+      const MeridianPiece& end = pieces_[0];  // from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
     }
   }
 
-  // A bounding ball of a slender head is mostly empty. For a short path, the sweep's box is therefore computed from the
-  // head's cylinder at both poses; this box is smaller.
+  // The ball of a slender head is mostly empty: for a short path, the cylinder at both poses.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
@@ -93,7 +87,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double half = along_axis_ ? 0 : tool.length / 2;
     return (half * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
   };
-  // A drill that moves along its axis changes samples only near the disc at its end.
+  // Only near the disc at its end.
   const dvec3 to_end = along_axis_ ? X_WA.R * dvec3(0, 0, -tool.length / 2 / frame.voxel) : dvec3(0);
   const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
   lo_ = glm::ivec3(glm::ceil(to_end + glm::min(a - extent_a, b - extent_b)));
@@ -144,9 +138,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // Largest distance, in voxels, of a listed sample from the sweep's box. It is the sum of three parts of one voxel:
-  // the path length for which a list is valid, the motion of the head since the list was made, and the rounding of the
-  // box.
+  // voxels from the sweep's box: list's path, motion since, rounding
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;
@@ -155,11 +147,10 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
-  // The head may have moved through air since the last call. This motion is part of the path length.
+  // Also motion through air counts.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The patch (copy of the tissue around the tool) must extend one voxel beyond the sweep, because the lists of samples
-  // to cut also contain samples that change while the head moves one voxel farther.
+  // The lists go a voxel beyond the sweep, and so must the patch.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

@@ -1,5 +1,4 @@
-// The volume that a head sweeps in one tick, as a distance field. The servo (in its copy of the tissue) and the carver
-// (owner of the tissue) both cut with this class, so that copy and tissue stay equal bit by bit.
+// What a head sweeps in a tick. Servo and carver cut with it, so copy and tissue stay equal to the bit.
 #pragma once
 
 #include <cstdint>
@@ -16,36 +15,30 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// The volume that a head sweeps from pose A to pose B. For a ball it is an exact capsule. For any other head, each
-/// voxel gets its largest depth on the path, with an error of at most 5e-4 voxels. A cylindrical implant drill that
-/// continues along its axis cuts only with its end.
+/// From pose A to B: an exact capsule for a ball; otherwise largest depth on the path within 5e-4 voxels. An implant
+/// drill along its axis cuts with its end only.
 class Sweep {
  public:
-  /// `continues`: true if the previous sweep ended at A (the start of the sweep) and removed the head's volume there;
-  /// only tissue ahead of the head can then change.
+  /// `continues`: the last sweep ended at A and cut there; only tissue ahead can change.
   Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false);
 
-  /// Corners of the box (inclusive) that contains all voxels within `kMargin` voxels of the swept head.
+  /// Inclusive; voxels within `kMargin` of the swept head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Removes the swept volume from the block of voxels from lo to lo+size-1. `distance`: the signed distances of the
-  /// voxels, negative in tissue; z is the fastest index, the strides are in samples. Each distance becomes the larger
-  /// of its old value and the depth of the voxel in the swept head (at most kInner). `removed` (may be null): receives
-  /// the removed volume per tissue; it requires `tissue`. Returns true if any sample changed. Any thread. The result
-  /// has the same bits on every processor.
+  /// Voxels lo to lo+size-1: larger of the old distance and the depth in the swept head (up to kInner). z fastest,
+  /// strides in samples. `removed` (may be null): volume per tissue, needs `tissue`. True: changed. Any thread; same
+  /// bits on every processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
-  /// Removes tissue from a whole patch (copy of the tissue) of n³ samples that starts at voxel `patch_lo`. `front`
-  /// determines which samples are examined.
+  /// From a patch of n³ samples at `patch_lo`; `front` chooses samples.
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              RemovedVolume* removed) const noexcept;
 
   static constexpr int kLeaf = 8;
-  /// A leaf of 8³ samples. `due`: for each of its blocks of 4 × 4 × 8 samples, the path length of the head's farthest
-  /// point (voxels) at which the block must be examined again, because one of its samples may then change. `emptied`:
-  /// true if a sample may have become air.
+  /// 8³ samples. `due`: per block of 4 × 4 × 8, the farthest point's path (voxels) at which it must be examined.
+  /// `emptied`: a sample may have become air.
   struct Leaf {
     static constexpr int kBlocks = 4;
     glm::ivec3 lo;
@@ -53,18 +46,16 @@ class Sweep {
     float* due;
     bool changed = false, emptied = false;
   };
-  /// Removes tissue from those blocks of the leaves that must be examined. `path`: path length of the head so far.
+  /// `path`: so far.
   void carve(std::span<Leaf> leaves, float path) const noexcept;
 
-  /// Result of the removal in one leaf of 8³ samples. `slack`: distance in voxels that the head's farthest point may
-  /// move in any direction before a sample of the leaf can change.
+  /// In a leaf. `slack`: voxels that the farthest point may move before a sample can change.
   struct LeafCut {
     bool changed = false, emptied = false;
     float slack = 0;
   };
 
-  /// Returns true if the path is so long, or the rotation so large, that the depths of samples are computed along the
-  /// whole path and not only at its end. Such a sweep takes longer than others.
+  /// Depths are computed along the whole path, not only its end: slower.
   bool is_long() const noexcept { return straights_ > 0; }
 
   /// Returns true if both sweeps have the same head.

@@ -17,13 +17,10 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end, divided by the head's diameter. Below this height, the density of surface samples is
-// constant. Above it, the density is larger nearer to the free end.
+// in diameters above the free end: below it surface samples have constant density, above it denser towards the end
 constexpr double kBluntEnd = 0.1;
 
-/// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
-/// arcs from the free end to the shank end. The distance to it in this plane equals the distance to the surface of
-/// revolution.
+/// A meridian is a convex chain of lines and arcs in (ρ ≥ 0, z) from free to shank end; its distance is the surface's.
 struct Piece {
   dvec2 a, b;          // end points of the piece
   dvec2 center{0, 0};  // centre of the arc
@@ -44,7 +41,7 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
   return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
 }
 
-// Functions that return the meridian of each shape, from the free end to the shank end.
+// Per shape, from free to shank end.
 
 Meridian sphere(const Tool& tool) {
   const double r = tool.radius();
@@ -62,7 +59,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline of a cylinder with a hemisphere at the free end; the length includes the hemisphere.
+/// A hemisphere at the free end, within the length.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -72,7 +69,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline (meridian) of a cone whose tip is at the free end.
+/// Tip at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -81,12 +78,12 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline: a hemisphere of full width at the free end, then a tangent cone towards a neck half as wide.
+/// Full-width hemisphere, then a tangent cone to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // Computes the tangent from the neck to the circle. At the tangent point, the radius is perpendicular to the line.
+  // At the tangent point the radius is perpendicular to the line.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -97,14 +94,12 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline: an arc from the tip to the largest diameter at a third of the length, followed by a cone that
-/// narrows to a neck half as wide.
+/// An arc from the tip to the largest diameter at a third, then a cone to a neck half as wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
   const double rise = belly + half;
-  // The arc is part of a circle of radius R. The circle passes through the tip (0, -half) and is vertical at (r,
-  // belly). So its centre is (r - R, belly).
+  // Radius R through the tip (0, -half), vertical at (r, belly): centre (r - R, belly).
   const double big = (r * r + rise * rise) / (2 * r);
   const dvec2 center(r - big, belly);
   Meridian m;
@@ -114,7 +109,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline of a cone whose largest diameter is at the free end, and whose neck is half as wide.
+/// Widest at the free end, neck half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -124,7 +119,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline of a shank: a cylinder that widens from its neck to its full diameter.
+/// Widens from the neck to full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -145,7 +140,7 @@ struct ShapeKind {
   HeadShape shape;
   std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
-  double least_length;  // smallest allowed ratio of length to diameter; 0: any length
+  double least_length;  // length / diameter; 0: any
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
@@ -157,7 +152,7 @@ constexpr std::array kShapes = {
     ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
 };
 
-/// Returns the shape's row in kShapes, or null for a shaft.
+/// Null for a shaft.
 const ShapeKind* kind_of(HeadShape shape) {
   const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
   return row == kShapes.end() ? nullptr : &*row;
@@ -168,7 +163,7 @@ Meridian meridian(const Tool& tool) {
   return kind ? kind->meridian(tool) : shaft(tool);
 }
 
-/// Returns the names of all shapes as a list: "sphere, cylinder or cone".
+/// "sphere, cylinder or cone".
 std::string names_of_shapes() {
   std::string text;
   for (std::size_t i = 0; i < kShapes.size(); ++i) {
@@ -206,7 +201,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins where the ball of the head is as wide as the shank's neck.
+  // Where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -221,7 +216,7 @@ std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of the safe end is inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // its upper part is inside the head
   return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 
@@ -252,18 +247,17 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// Returns the signed distance from the point (rho, z) to the meridian, in the half plane. `n_rho`, `n_z` receive the
-/// unit direction in which the distance increases.
+/// From (rho, z), in the half plane; `n_rho`, `n_z`: unit direction of increase.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
-  // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
+  // squared distance, and way from the closest point
   double best2 = 1e300, best_x = 0, best_z = 0;
-  // (way_x, way_z): unit normal of the closest piece, pointing out of the head; used for points exactly on the surface
+  // unit normal of the closest piece, for points on the surface
   double way_x = 0, way_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const double side = piece.dx * ez - piece.dz * ex;  // positive to the left of a→b, which is the inner side
+    const double side = piece.dx * ez - piece.dz * ex;  // positive inside, left of a→b
     double fx, fz, nx, nz;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
@@ -271,8 +265,8 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       nx = piece.dz, nz = -piece.dx;
       outside |= side < 0;
     } else {
-      // The closest point is on the arc itself if the direction from the arc's centre lies between the two ends. (An
-      // arc turns from a to b counter-clockwise in (ρ, z), by less than 180°.)
+      // On the arc itself, if the direction from its centre lies between the ends (counter-clockwise in (ρ, z), below
+      // 180°).
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
                    wz = piece.bz - piece.cz;
@@ -345,8 +339,7 @@ double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
 
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
-  // Bisection for the radius at this height. Since the meridian is convex, the distance changes its sign only once
-  // along ρ.
+  // Bisection: along ρ, a convex meridian has one change of sign.
   double lo = 0, hi = radius() * (1 + 1e-9);
   for (int i = 0; i < 60; ++i) {
     const double mid = (lo + hi) / 2;
@@ -368,9 +361,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // Sample i is at the quantile (i + 1/2)/count of the sample density along the meridian; successive samples are
-  // rotated by the golden angle. Near the end, the density is area / (height above the end)², so that each doubling of
-  // the height gets equally many samples.
+  // Quantiles (i + 1/2)/count of the density along the meridian, turned by the golden angle. Density area / (height
+  // above the end)²: each doubling of height has equally many.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -463,8 +455,7 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // Without a taper, the step from the neck to the wider shank would make the outline concave. So this step becomes a
-    // very short cone.
+    // A step from neck to shank would be concave: a very short cone.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

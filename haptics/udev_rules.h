@@ -1,5 +1,4 @@
-// The udev rules that give the user at the console access to the devices. They are the content of
-// assets/devices/70-typodont.rules, compiled into the program.
+// Access for the user at the console: assets/devices/70-typodont.rules, compiled in.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +8,7 @@ namespace typodont::haptics {
 
 std::string_view udev_rules();
 
-/// Writes the rules into `folder`, completely or not at all. Returns the path of the file. Without write permission,
-/// throws an Error that contains the command to run instead.
+/// Into `folder`, completely or not at all; returns the path. Throws Error with the command to run, without permission.
 std::filesystem::path install_udev_rules(const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics
