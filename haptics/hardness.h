@@ -1,12 +1,10 @@
 // Fraction of a tissue's stiffness and specific cutting energy, one byte per voxel: caries soft on top and firm below,
-// bone
-// by the grey values of a scan.
+// bone by the grey values of a scan.
 //
 // Everywhere, for tissue T with hardness byte b:
 //   stiffness               = stiffness of T · b / 255          (Material::stiffness)
 //   specific cutting energy = specific energy of T · b / 255    (Material::specific_energy)
-// Not for friction, density and colour. 255, the default, is full hardness; the least is 1, so cutting always takes
-// energy.
+// Not for friction, density and colour. 255, the default, is full hardness; the least is 1, so cutting takes energy.
 // Filling has 255; the voxel keeps its former byte for when it is cut out (label.h).
 #pragma once
 

@@ -10,8 +10,7 @@
 namespace typodont::haptics {
 
 DampingFit fit_damping(std::span<const PushSample> samples) {
-  // Tolerance. If the determinant of the normal equations, divided by Σ depth² · Σ velocity², is smaller than this,
-  // depth and velocity are proportional, and the fit cannot separate stiffness and damping.
+  // Determinant / (Σ depth² · Σ velocity²); below, depth and velocity are proportional and cannot be separated.
   constexpr double kIndependent = 1e-9;
   const auto each = [&](auto&& use) {
     for (std::size_t i = 1; i + 1 < samples.size(); ++i) {

@@ -1,5 +1,5 @@
-// Force filters of two published simulators, for comparison. The filters are not passive: without the passivity
-// controller, the energy ledger shows how much energy they generate.
+// Of two published simulators, for comparison. Not passive: without the controller, the ledger shows what they
+// generate.
 #pragma once
 
 #include <optional>
@@ -11,9 +11,8 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,  // the filter of Wang 2009: the force changes by at most δ per tick, in any direction
-  // the filter of the vertex deformation method: the force stays constant until the computed force differs from it by
-  // `renewal` or more
+  kSlew,  // Wang 2009: at most δ per tick, any direction
+  // vertex deformation: constant until off by `renewal`
   kStroke,
 };
 
@@ -25,14 +24,14 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;    // N per tick, largest change of the force: δ of Wang 2009
-  double still = 0.001;  // N, ξ of the vertex deformation method: a force smaller than this counts as zero
-  // N; if the computed force differs by this or more from the force of the last tick, the computed force is used
+  double step = 0.02;    // N per tick, δ
+  double still = 0.001;  // N, ξ: smaller is zero
+  // N off the last force, for a new one
   double renewal = 0.10;
   double cap = 3.0;  // N, λ: largest magnitude of the force
 };
 
-/// Returns the filtered force, N. `wanted`: N, computed force; `last`: N, force of the previous tick.
+/// N. `wanted`: computed; `last`: previous.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

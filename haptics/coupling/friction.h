@@ -1,4 +1,4 @@
-// Friction between tool and tissue: stick, creep and slip, without drift.
+// Stick, creep and slip, without drift.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -9,20 +9,19 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// fraction of the break-away displacement z_max; at smaller displacements, the adhesion point does not move
+  /// of the break-away displacement; below, the adhesion point rests
   double stick_fraction = 0.5;
 };
 
 struct FrictionState {
-  dvec3 w{0};  // m, adhesion point: the point of the tissue to which the tangential spring is attached
+  dvec3 w{0};  // m, where the tangential spring holds
   bool touching = false;
   bool slipping = false;
 };
 
-/// Returns the friction force on the tool, N, in the contact's tangent plane (Hayward & Armstrong 2000, eq. 5). The
-/// force is at most μ F_n. One thing differs from the paper: the adhesion map (the rate at which the adhesion point
-/// follows the contact) is zero below a stick threshold. So small cyclic motions do not change the state at all, and
-/// nothing drifts. `x`: m, contact position; `previous`: m, contact position one tick before; `n`: unit normal.
+/// N on the tool, tangential, at most μ F_n (Hayward & Armstrong 2000, eq. 5). Unlike there, the adhesion map is zero
+/// below a stick threshold: small cycles change nothing, nothing drifts. `x`, `previous`: m, contact now and a tick
+/// before; `n`: unit normal.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {
@@ -41,9 +40,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // The adhesion point creeps after the contact; z is the displacement between them. The creep factor α = share /
-    // z_max rises from 0 at the stick threshold to half of 1/z_max at break-away. So z grows until break-away even in a
-    // slow motion. From break-away on, the dynamic coefficient applies.
+    // It creeps after the contact, z away: α = share / z_max rises from 0 at the threshold to half of 1/z_max at
+    // break-away, so slow motion breaks away too. From there, dynamic friction.
     const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

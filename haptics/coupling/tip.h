@@ -1,4 +1,4 @@
-// A sharp tip that sinks into soft tissue and sticks there. With this effect, a dental probe finds caries.
+// Sinks into soft tissue and sticks, as a probe that finds caries.
 #pragma once
 
 #include <algorithm>
@@ -8,30 +8,26 @@
 namespace typodont::haptics {
 
 struct TipLaw {
-  double yield = 0;             // N, yield force of the tissue at the surface; 0: this tool never sinks
+  double yield = 0;             // N, at the surface; 0: never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // ratio: force that pulls the tip out / force that pushes it in, at the same depth
-  double depth_limit = 0.5e-3;  // m, largest depth of the tip in the tissue
+  double grip = 0.6;            // force out / force in, at the same depth
+  double depth_limit = 0.5e-3;  // m, largest
 };
 
 struct TipState {
-  double sunk = 0;   // m, depth of the tip in the tissue; 0: the tip is not sunk
-  dvec3 p{0};        // m, workbench frame W, position of the head's centre at which the tip is held
-  dvec3 n{0, 0, 1};  // unit vector in the workbench frame W, direction out of the tissue
+  double sunk = 0;   // m; 0: not sunk
+  dvec3 p{0};        // m, W, head's centre where the tip is held
+  dvec3 n{0, 0, 1};  // unit, W, outwards
 };
 
-/// Computes one tick of a sunk tip. The tip deforms only plastically, so it only absorbs energy. Its position p follows
-/// the hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`:
-/// stiffness of the coupling, N/m; `soft`: true if the tissue ahead is so soft that the tip can sink deeper. Returns
-/// the force on the tool, N. state.sunk becomes 0 when the tip comes out.
+/// Plastic, so it only absorbs. p follows a push above yield or a pull above holding. `stiffness`: N/m, coupling;
+/// `soft`: can sink deeper. Returns N on the tool; state.sunk is 0 once out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
-    // The tip sinks by the depth x at which two forces are equal: the force of the coupling, k (push - x), and the
-    // force of the tissue, resistance + hardening x. k: stiffness of the coupling; push: distance from the tip inward
-    // to the hand.
+    // By x with k (push - x) = resistance + hardening x; push: from the tip inward to the hand.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;

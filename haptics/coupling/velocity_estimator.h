@@ -21,17 +21,15 @@ namespace typodont::haptics {
 
 struct VelocityEstimate {
   dvec3 v{0};      // m/s, velocity of the hand
-  double lag = 0;  // s, age of the velocity v: half the window
+  double lag = 0;  // s, half the window
 };
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half of the peak-to-peak noise of the position; for an encoder, pass one whole step.
-  /// `axes`: number of axes that can move, in the order x, y, z.
+  /// `noise`: m, half peak to peak; one step of an encoder. `axes`: that move, in order.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
-  /// Adds a sample and returns the velocity. Servo thread only. Never allocates. A sample whose time does not increase
-  /// restarts the estimator.
+  /// Servo thread; never allocates. A time that does not increase restarts it.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
     if (count_ > 0 && t <= newest_.t) count_ = 0;
     const bool first = count_ == 0;
@@ -53,8 +51,8 @@ class VelocityEstimator {
   }
   void reset() noexcept { count_ = 0; }
 
-  static constexpr std::size_t kWindow = 48;  // number of samples, largest length of the window; 47 ms at 1 kHz
-  // ns, minimum spacing of stored samples; below 1 ms, so that a 1 kHz loop with jitter stores every sample
+  static constexpr std::size_t kWindow = 48;  // samples in the window; 47 ms at 1 kHz
+  // ns between samples; below 1 ms, for 1 kHz with jitter
   static constexpr Nanos kSpacing = 750'000;
 
  private:
@@ -66,8 +64,7 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    // Slopes (m/s) of lines through the newest sample. If the slope of a line is between `low` and `high`, no sample
-    // examined so far is farther from this line than the noise.
+    // m/s through the newest sample; between them, no sample so far is off by more than the noise.
     double low = -1e300, high = 1e300;
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {

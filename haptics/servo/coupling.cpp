@@ -1,5 +1,4 @@
-// Computes the force of the contact in each tick: coupling, damper, friction, cutting edges of the bur, a sharp
-// tip that sinks into soft tissue, vibration of the spindle. Servo thread only.
+// Force of the contact: coupling, damper, friction, cutting edges, sinking tip, vibration. Servo thread.
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +8,7 @@ namespace typodont::haptics {
 
 using P = CouplingParameters;
 
-/// Computes the means over the tissues under the head, and finds the most frequent tissue. If several tissues have the
-/// largest fraction, the first of them is taken. Tissues with the fraction 0 are skipped.
+/// Means under the head, and the most frequent tissue, the first of equals; fraction 0 is skipped.
 Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
   TissueMeans mean;
   double total = 0, most = 0;
@@ -68,7 +66,7 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   fade_teeth(now);
 }
 
-/// Computes the force with which the proxy pulls the hand through a virtual coupling (spring and damper).
+/// Spring and damper from proxy to hand.
 void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -86,7 +84,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes along its own normal. The total force is the sum of these forces; their moments turn the tool.
+  // Each contact pushes along its normal; the moments turn the tool.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
@@ -98,12 +96,11 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.contact_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.contact_direction);
   } else if (!contact.bridging) {
-    c.pressed = dvec3(0);  // nothing presses the head against tissue, so its edges have no load
+    c.pressed = dvec3(0);  // nothing presses the head on tissue
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // Friction is added only for tools other than a rotating bur. A rotating bur always slips on the tissue, and the
-  // force on its cutting edges is its tangential force.
+  // Not for a rotating bur: it always slips, and its edges' force is the tangential one.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -112,8 +109,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The force is distributed over many contacts, and the distribution may jump from tick to tick. So the torque is
-    // smoothed.
+    // The distribution over contacts may jump from tick to tick: the torque is smoothed.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -127,8 +123,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Takes over the force of a penalty method, which computes it with its own springs and dampers instead of the
-/// coupling.
+/// By its own springs and dampers instead of the coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -154,22 +149,20 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Returns by how much (N) a new stiffness and the damper may still change the normal force in this tick. All changes
-/// of the normal force together are limited by P::waiting_slew (N/s), and the change of the spring force at `depth` (m)
-/// uses this limit first.
+/// N that new stiffness and damper may still add. P::waiting_slew (N/s) limits all changes of the normal force; the
+/// spring's at `depth` (m) come first.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Updates the factor on the coupling's stiffness and returns it. `wanted`: target of the factor, the stiffness of the
-/// tissue under the head divided by 1 N/mm. The factor follows the target smoothly.
+/// Factor on the coupling's stiffness, smoothly towards `wanted`, the tissue's stiffness / 1 N/mm.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
-  // At a large depth, a small change of the stiffness causes a large change of the force, and a rise of the stiffness
-  // stores energy that the hand did not put in. So the stiffness changes by at most `most` per tick.
+  // Deep, a small change of stiffness is a large one of force, and a rise stores energy that the hand did not give: at
+  // most `most` per tick.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -178,14 +171,13 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
   return stiffness = next;
 }
 
-/// Returns the force (N) of coupling and damper together. `push`: N, force of the coupling alone. The damper uses the
-/// rate of the depth, so it acts only along the normal: sliding at constant depth is not damped.
+/// N, coupling and damper. `push`: N, coupling alone. The damper acts along the normal: sliding is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // rate at which the depth changes, estimated for a quantised position
+  VelocityEstimate sinking;  // for a quantised position
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
-  // A surface that the tool itself cuts or fills is rough: the proxy moves over it in steps of voxels.
+  // Cut or filled surfaces are rough: the proxy moves by voxels.
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
@@ -198,8 +190,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Adds the force with which the tissue pushes the bur's cutting edges against their motion. The force is zero at the
-/// pole of the head (on the axis), where the edges do not move.
+/// The tissue pushes the edges against their motion; zero at the pole, where they rest.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -212,13 +203,11 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Reduces the force of the bur's cutting edges gradually after the head has lost contact. Because of the slew limit, a
-/// part of this force may remain, and it must not end in one step. If there is no snapshot, the tissue is unknown, and
-/// the force ends at once.
+/// The edges' force after contact, which the slew limit may leave, ends gradually; at once without a snapshot.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  // N, the part of the cutting edges' force that remains after this tick
+  // N, left after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
@@ -228,8 +217,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force of the bur's cutting edges, so that they never give the hand more energy than the spindle's work.
-/// For this limit, the hand's velocity is expected to change as abruptly as it did recently.
+/// The edges never give more than the spindle's work, if the hand's velocity changes as abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
@@ -285,9 +273,8 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies the energy of the
-/// vibration, so the energy ledger counts it as energy of the spindle. The highest frequency is limited so that its
-/// period has at least five ticks.
+/// From the contact that also makes the sound. The ledger counts the motor's energy as the spindle's. A period has at
+/// least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -1,5 +1,4 @@
-// Energy of cutting. Force and spindle speed determine the power at the cutting edges. In each tick, the energy of this
-// power divided by the tissue's specific energy is the volume that the cut may remove.
+// Power at the edges, from force and speed; its energy per tick / specific energy is the volume that may go.
 #include <algorithm>
 #include <cmath>
 
@@ -13,22 +12,17 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  // A local copy of the spindle's state stays in registers. Reading the stored value back from memory would have to
-  // wait for the store.
+  // In registers: a stored value would have to be waited for.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W, power that removes tissue, divided by the tool's energy_ratio: the cutting energy that the tissue needs with
-  // this tool, relative to the material's own cutting energy. Because of this division, the contact models can compute
-  // with the material's own cutting energy and need not know the ratio.
+  // W / the tool's energy_ratio, so that models need only the material's own energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
-    // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
-    // the surface.
+    // A drawn edge cuts with the hand's work: force × displacement along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt / bur.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
-    // The tangential force of the cutting edges is μ_c F_n (laws of Preston and Archard), with the cutting coefficient
-    // μ_c and the normal force F_n. The motor's torque limits this force.
+    // Tangential force μ_c F_n (Preston, Archard), limited by the motor's torque.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
@@ -41,21 +35,18 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // Limits the energy debt (negative budget) of a bur that started in tissue. With a large debt, the bur could not
-    // cut for a long time.
+    // Of a bur that started in tissue: in large debt it could not cut for long.
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // If no part of the tool touches tissue, the energy that was stored for cutting is lost. If only the shank touches
-    // tissue, the head keeps its stored energy.
+    // Without contact stored energy is lost; with the shank's only, the head keeps it.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // An edge (hand instrument) that the hand draws over the surface gets little energy. If the edge removed more tissue
-  // than its energy paid for, it must not cut until the hand's work has paid the difference.
+  // A drawn edge gets little energy. If it removed more, it waits until the hand's work has paid.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

@@ -1,5 +1,4 @@
-// State that the servo keeps between ticks, one struct for each step of a tick: Motion, Cutting, Coupling, Limits, and
-// the contact model. Servo::tick in servo.cpp calls the steps in this order.
+// Between ticks, one struct per step: Motion, Cutting, Coupling, Limits, and the model, in Servo::tick's order.
 #pragma once
 
 #include <algorithm>
@@ -18,20 +17,20 @@
 
 namespace typodont::haptics {
 
-/// Data of the tick that is being computed. SI, workbench frame W.
+/// SI, W.
 struct TickData {
-  const HandSample& hand;  // input of the tick: pose of the hand and pedal, not yet checked
+  const HandSample& hand;  // unchecked
   ServoTick& out;
   Cut& cut;
-  Pose X_WT{};               // pose of the hand, checked, with a unit quaternion
+  Pose X_WT{};               // checked, unit quaternion
   double dt = 0;             // s, measured time since the last tick
-  dvec3 moved{0};            // m, displacement of the hand since the last tick
-  dvec3 turned{0};           // rad, rotation of the hand since the last tick
-  double given_to_hand = 0;  // J, energy that the device gave the hand since the last tick
-  bool jumped = false;       // the hand moved faster than hand_speed_limit since the last tick
+  dvec3 moved{0};            // m, since the last tick
+  dvec3 turned{0};           // rad, since the last tick
+  double given_to_hand = 0;  // J from the device, since the last tick
+  bool jumped = false;       // faster than hand_speed_limit
 };
 
-/// Additional data of a tick in which the tool may touch something.
+/// If the tool may touch.
 struct ContactTick : TickData {
   explicit ContactTick(const TickData& tick) noexcept : TickData(tick) {}
 
@@ -39,23 +38,21 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;  // ratio of the cutting edges' tangential force to the normal force
+  double tangential = 0;  // edges' tangential / normal force
   dvec3 force{0}, torque{0}, normal{0};
-  dvec3 spindle_force{0};   // N, force of the spindle on the hand: cutting edges and vibration
-  dvec3 teeth_force{0};     // N, part of spindle_force that comes from the cutting edges
+  dvec3 spindle_force{0};   // N on the hand: edges and vibration
+  dvec3 teeth_force{0};     // N of these, edges
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
-  dvec3 p_held{0};          // m, position at which the contact holds the tool
+  dvec3 p_held{0};          // m, where the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
   double unlimited = 0;     // N, magnitude of `force` before the limits
-  SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
-  /// Returns true if the tool touches hard or soft tissue.
+  SoftTissue::Output soft;  // part of `force`
+  /// Hard or soft.
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
-/// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
-/// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
-/// up to the upper limit of the credit. With a real device, the law is not scaled, because a human hand has the same
-/// size in every scene, and the steps of the device's measured position are its encoder counts.
+/// n times larger scenes with n times softer couplings have equal forces: expected motion and credit grow along, up to
+/// the credit's limit. Not with a device: hands and encoder counts stay the same.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -212,42 +209,38 @@ struct Servo::State {
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
-  /// Removes the volume that this tick's energy pays for. If the tissue changed, returns true and sets the members of
-  /// the Cut.
+  /// What this tick's energy pays for. True, with the Cut: the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
-  /// Adds the contact with soft tissue to the published tick. Called only if `soft` is set.
+  /// Only if `soft` is set.
   void report_soft(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/cutting.cpp:
-  /// Computes the energy that this tick may spend on removal, from the force of the last tick.
+  /// J of this tick, from the last force.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.
-  /// Computes the forces of coupling, damper, friction and cutting edges. A penalty method has its own contact
-  /// force, which replaces the forces of coupling and damper.
+  /// Coupling, damper, friction, edges; a penalty method's own force replaces the first two.
   void feel(ContactTick& now) noexcept;
-  /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
+  /// Into softened tissue, sticking on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
-  /// Computes the contact with soft tissue, which yields under the tool and pushes it away. Called only if `soft` is
-  /// set.
+  /// Yields and pushes away. Only if `soft` is set.
   void press_soft(ContactTick& now) noexcept;
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/limits.cpp:
-  /// Applies the limits of force, torque and slew, and the ramps at start and end.
+  /// Force, torque, slew, and ramps.
   void limit(ContactTick& now) noexcept;
-  /// Applies the passivity controller: the hand gets only energy that it put in or that the energy ledger allows as
-  /// debt. Returns the torque that the device can render.
+  /// Only energy that the hand put in, or the ledger's credit. Returns what torque the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  /// Returns the change (N) of the force of tissue and cutting edges since the last tick.
+  /// N, tissue and edges, since the last tick.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if a drill's contact with tissue is softened by further limits.
+  /// Further limits soften it.
   static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

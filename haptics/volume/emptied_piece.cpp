@@ -7,12 +7,10 @@
 namespace typodont::haptics {
 namespace {
 
-/// Computes for the samples in a box the distance (voxels) to the loose piece (if `piece` is true) or to the remaining
-/// tissue (if it is false). Samples that are too far away keep a very large value. The computation starts at samples
-/// just below the surface, whose depths are known. Each sample tells its neighbours its nearest start sample, and they
-/// use it if it is nearer than their own (Danielsson 1980).
+/// Voxels to the piece (`piece`) or to what remains; far samples stay very large. From samples just below the surface,
+/// each passing its nearest start to neighbours (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  // voxels; the start samples of the search lie inside, less deep than this below the surface
+  // voxels below the surface, of start samples
   constexpr float kShell = 2;
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
@@ -44,8 +42,7 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels. kEmpty: largest distance that is stored after the removal of the piece. kClose: the piece counts as the
-  // nearest tissue of a sample if it is at most kClose farther away than the remaining tissue.
+  // voxels: largest stored afterwards; how much farther the piece may be and still count as nearest
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

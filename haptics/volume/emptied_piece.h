@@ -1,4 +1,4 @@
-// Computes the distance field that remains after a loose piece is removed.
+// The field after a loose piece is removed.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace typodont::haptics {
 
-/// voxels; the removal of a loose piece changes no sample of air that is farther from the piece than this
+/// voxels from the piece, within which air may change
 inline constexpr int kPieceMargin = 4;
 
-/// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
+/// z fastest: (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
   std::vector<float> distance;      // voxels, distance of each sample
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// Returns the distances (voxels) without the piece. The piece's samples, and samples of air nearest to the piece, get
-/// their distance to the remaining tissue; all other samples keep their bits. No distance becomes smaller.
+/// Voxels. The piece, and air nearest to it, get the distance to what remains; the rest keeps its bits. Nothing gets
+/// smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

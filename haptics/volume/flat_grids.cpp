@@ -19,8 +19,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'F', 'L', 'A', 'T'};
-constexpr int kFarthest = 1 << 24;        // voxels, largest legal coordinate of a block in a file
-constexpr std::size_t kLongestName = 64;  // bytes, longest legal name of a grid in a file
+constexpr int kFarthest = 1 << 24;        // voxels, of a block in a file
+constexpr std::size_t kLongestName = 64;  // bytes, of a grid's name
 
 class Writer {
  public:
@@ -68,8 +68,7 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Reads the number of items in a list. Fails if the rest of the file is too short for so many items of `size` bytes
-  /// each.
+  /// Fails if the file is too short for so many of `size` bytes.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();
@@ -94,8 +93,7 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Writes a tree: first the background value, then the tiles (cubes with one value) that differ from the background,
-/// the largest first, and then the blocks of 8³ voxels.
+/// Background, tiles that differ, largest first, then blocks of 8³.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;
@@ -162,7 +160,7 @@ typename Grid::Ptr read_grid(Reader& in) {
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names) {
   openvdb::initialize();
   openvdb::io::File vdb(file.string());
-  vdb.setCopyMaxBytes(0);  // reads the whole file now, so that a truncated file fails here and not during the session
+  vdb.setCopyMaxBytes(0);  // all now, so that a truncated file fails here
   vdb.open(false);
   FlatGrids result;
   for (const std::string& name : names) {

@@ -10,8 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Writes to `found` the indices of the values of `due` that are at most `path`. Returns their number. May read seven
-/// values beyond the end.
+/// Indices of `due` up to `path`, into `found`. May read seven beyond.
 TYPODONT_DISPATCH("avx2", "default")
 int find_due(const float* due, int count, float path, std::int32_t* found) {
   int n = 0;

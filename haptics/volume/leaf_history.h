@@ -1,6 +1,4 @@
-// Stores the changes that strokes make in an OpenVDB tree, leaf by leaf. Before a stroke writes to a leaf for the first
-// time, the leaf is copied; undo and redo swap the copy and the leaf in the tree by pointer. Only for
-// tissue_volume.cpp.
+// Leaf by leaf: copied before a stroke's first write; undo and redo swap by pointer. For tissue_volume.cpp only.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -18,12 +16,12 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// The leaf (8³ voxels) before the stroke, or the tile (one value for the whole leaf) that was at its position.
+  /// Before the stroke: leaf or tile.
   struct Kept {
-    std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile (one value for all voxels) was at this position
+    std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // true if the stroke wrote to the leaf; if not, the copy of the leaf is dropped
+    bool changed = false;  // written; otherwise the copy is dropped
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
@@ -33,7 +31,7 @@ class LeafHistory {
   };
   using Stroke = std::unordered_map<openvdb::Coord, Kept, CoordHash>;
 
-  /// Must be called before the leaf at `origin` is written or created; the caller then sets `changed`.
+  /// Before writing or creating; the caller then sets `changed`.
   template <class Accessor>
   static Kept& keep(Stroke& stroke, Accessor& accessor, const openvdb::Coord& origin) {
     const auto [it, fresh] = stroke.try_emplace(origin);
@@ -47,7 +45,7 @@ class LeafHistory {
     return kept;
   }
 
-  /// Swaps the stroke's copies of leaves (8³ voxels) with the tree's leaves. Undo and redo use the same operation.
+  /// The same for undo and redo.
   static void exchange(Tree& tree, Stroke& stroke) {
     for (auto& [origin, kept] : stroke) {
       std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
@@ -58,8 +56,7 @@ class LeafHistory {
 
   /// The values of the voxels of one leaf (8³ voxels).
   struct Values {
-    // values of the leaf's voxels; null: no leaf existed at this position, and all its voxels had one value, that of a
-    // tile
+    // null: a tile, one value
     const Value* samples = nullptr;
     Value tile{};
   };
@@ -67,7 +64,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// Returns the values of the leaf (8³ voxels) at `origin` before the stroke; nullopt if it was not written to.
+  /// Before the stroke; nullopt: not written.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

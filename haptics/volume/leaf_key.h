@@ -1,4 +1,4 @@
-// The key of a leaf, a block of 8³ samples of the tissue. Does not include OpenVDB. Private to haptics.
+// Of a block of 8³ samples. Without OpenVDB. Private to haptics.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 inline constexpr int kLeafSide = 8;  // samples
 
-/// Returns the position, in units of leaves, of the leaf that contains the voxel.
+/// In leaves.
 inline glm::ivec3 leaf_key(const glm::ivec3& voxel) {
   static_assert(kLeafSide == 8);
   return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers

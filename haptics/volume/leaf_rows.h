@@ -1,6 +1,4 @@
-// Copies and fills the samples of whole leaves (8³ samples) in a dense block, such as a patch (the servo's copy of the
-// tissue). `to`: the leaf's first sample in the block; `stride_x`, `stride_y`: strides of the block in samples. The
-// samples of a leaf itself lie one after the other, z fastest.
+// Whole leaves in a dense block such as a patch. `to`: first sample; strides in samples. In the leaf, z is fastest.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +9,12 @@
 
 namespace typodont::haptics {
 
-/// Copies the distances of a leaf, eight at a time.
+/// Eight at a time.
 void copy_distances(const float* from, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
-/// Sets all distances of a leaf to `value`, eight at a time.
+/// Eight at a time.
 void fill_distances(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
 
-/// Copies the samples of a leaf, each of which is one byte (labels, hardness).
+/// One byte each (labels, hardness).
 template <class Byte>
 void copy_bytes(const Byte* from, Byte* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   static_assert(sizeof(Byte) == 1);
@@ -32,7 +30,7 @@ void fill_leaf(T value, T* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y)
   }
 }
 
-/// Prefetches the rows of the block to which a leaf will be copied.
+/// Before copying a leaf there.
 template <class T>
 void prefetch_rows(const T* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   for (int x = 0; x < kLeafSide; ++x, to += stride_x) {

@@ -14,8 +14,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Limits of the search's work. The credit is the number of blocks that may still be visited. kCreditPerCut: number of
-// blocks that each cut adds to the credit. kMostCredit: largest credit. A visit of a block takes about 1 µs.
+// Blocks that may still be visited: per cut, and at most. A visit takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
@@ -36,7 +35,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Returns the samples in `b`, together with all samples of the block that touch one of them over a face.
+/// With those of the block that touch one over a face.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -47,9 +46,7 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Extends a part in one layer x of a block; the samples of a layer are the bits of one word. First adds the samples of
-/// `solid` in this layer that touch the part in an adjacent layer. Then adds all samples of `solid` that are connected
-/// to the part within this layer.
+/// In layer x, a word's bits: first what touches an adjacent layer, then all connected.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -59,7 +56,7 @@ void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   part[x] = w;
 }
 
-/// Calls `visit` for each connected part of a block.
+/// For each connected part of a block.
 template <class Visit>
 void for_each_part(const SolidBits& solid, Visit&& visit) {
   std::uint64_t all = ~std::uint64_t{0};
@@ -78,8 +75,7 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // The words are processed forward and backward, so that a few rounds complete the part. In most blocks, all
-      // samples are connected, and the first half of the first round reaches them.
+      // Forward and backward: a few rounds suffice. Mostly all is connected, after half a round.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       if (part == left) break;
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
@@ -89,16 +85,14 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// For a block or a part of it: the samples on each of its six faces, and the total number of its samples. Faces 0 and
-/// 1 are at the first and the last x, 2 and 3 at the first and the last y, 4 and 5 at the first and the last z. A face
-/// has one bit per sample. Two samples that touch over the face between two blocks have the same bit in both blocks.
+/// Samples per face (first and last x, y, z), and in all. Touching samples of two blocks have the same bit.
 struct Shape {
   std::array<std::uint64_t, 6> faces{};
   std::int64_t samples = 0;
 };
 
 std::array<std::uint64_t, 6> faces_of(const SolidBits& b) {
-  // This product moves the lowest bits of the eight bytes into the highest byte.
+  // Lowest bits of eight bytes into the highest byte.
   const auto lowest = [](std::uint64_t word) { return (word & kFirstZ) * 0x0102040810204080 >> 56; };
   std::array<std::uint64_t, 6> faces{b[0], b[7]};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -119,17 +113,15 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The solid samples of the blocks as they were last read, linked to the neighbouring blocks, and the flood fills in
-/// them. All floods spread at the same rate and are joined when they meet. The buffers stay allocated between cuts.
+/// As last read, with neighbours, and the floods in them, which spread alike and join. Buffers stay between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// Returns the bits (1: solid sample) of a block as last read; the caller may change them. Null if the block was not
-  /// read yet.
+  /// The caller may change them. Null: not read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// Returns the index of a block. A block that was not read yet (`unseen`) is read now.
+  /// Reads it if `unseen`.
   int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
     if (fresh) {
@@ -140,7 +132,7 @@ class LoosePieces::KnownBlocks {
     if (unseen) *unseen = fresh;
     return it->second;
   }
-  /// Returns the bits of a block as last read; the caller may change them.
+  /// The caller may change them.
   SolidBits& changing(int block) {
     blocks_[static_cast<std::size_t>(block)].one_part = false;
     return bits_[static_cast<std::size_t>(block)];
@@ -152,7 +144,7 @@ class LoosePieces::KnownBlocks {
 
   const glm::ivec3& key(int block) const { return keys_[static_cast<std::size_t>(block)]; }
 
-  /// Begins a new search; no flood fill has started yet.
+  /// No flood yet.
   void begin_search() {
     ++look_;
     looked_at_ = 0;
@@ -160,12 +152,11 @@ class LoosePieces::KnownBlocks {
     flood_count_ = 0;
     cut_blocks_.clear(), touches_.clear();
   }
-  /// Starts a flood in each part of the block.
+  /// In each part.
   void start(int block) {
     start_in(block, [](const Part&) { return true; });
   }
-  /// Starts a flood in each part of the tissue that touches a sample of `gone`. These samples of the block `block` have
-  /// become air.
+  /// From each part that touches `gone`, samples of `block` that became air.
   void start_around(const TissueVolume& volume, int block, const SolidBits& gone) {
     const SolidBits around = grown(gone);
     const std::array<std::uint64_t, 6> faces = faces_of(gone);
@@ -177,10 +168,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (shape_of(part).faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Returns true if the cut has separated nothing, which most cuts show before any flood fill spreads. The samples
-  /// that became air form groups that do not touch each other. If the tissue around each group is connected, a path
-  /// that led through the group can lead around it, so all tissue that was connected before the cut still is. Different
-  /// groups need not be connected with each other.
+  /// Mostly shown before any flood: emptied samples form groups; if the tissue around each is connected, paths through
+  /// it can lead around it, and nothing is cut off.
   bool connected_around_each_group(const TissueVolume& volume) {
     join_touching_floods(volume);
     join_touching_cut_blocks();
@@ -192,8 +181,7 @@ class LoosePieces::KnownBlocks {
     }
     return true;
   }
-  /// Lets the flood fills spread from the samples around the cut. Returns when no flood fill can still spread, or when
-  /// only one can and it is already larger than each flood fill that has ended.
+  /// Until none can spread, or only one, already larger than all that ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -201,7 +189,7 @@ class LoosePieces::KnownBlocks {
       std::erase_if(roots_, [&](int i) { return floods_[static_cast<std::size_t>(i)].root != i; });
       if (roots_.size() < 2) return;
       live_.clear();
-      std::int64_t largest = 0;  // number of samples of the largest flood that has ended
+      std::int64_t largest = 0;  // samples of the largest that ended
       for (const int i : roots_) {
         const Flood& flood = floods_[static_cast<std::size_t>(i)];
         if (flood.ended()) {
@@ -215,9 +203,9 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Returns the number of separate flood fills. Flood fills that have met count as one.
+  /// Met ones count once.
   std::size_t apart() const { return roots_.size(); }
-  /// Returns the tissue of each remaining flood fill, sorted by size. The last one, the largest, may be incomplete.
+  /// By size; the last, largest one may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -234,29 +222,28 @@ class LoosePieces::KnownBlocks {
     }
     return out;
   }
-  /// Returns the number of blocks that this search visited.
+  /// By this search.
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
-  /// What a search reads of every block that it visits. Keys and samples are stored separately, because a search reads
-  /// them of few blocks. The alignment makes a block occupy only two cache lines.
+  /// Of every visited block; keys and samples are apart, needed of few. Two cache lines.
   struct alignas(32) Block {
-    // number of the last search that visited this block; `first_part` and `part_count` are results of that search
+    // last search, and its results
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
-    // indices of the neighbouring blocks over the six faces; -1: not known yet
+    // over the six faces; -1: unknown
     int beside[6] = {-1, -1, -1, -1, -1, -1};
-    bool one_part = false;  // true if all solid samples of the block are known to be connected
-    Shape whole;            // faces and size of the whole block; valid only if `one_part` is true
+    bool one_part = false;  // known to be connected
+    Shape whole;            // valid if `one_part`
   };
   static_assert(sizeof(Block) == 96);
   struct Part {
     int block = 0, flood = -1;
-    int own = -1;  // index of the part in part_bits_ and part_shapes_; -1: the part contains all samples of the block
+    int own = -1;  // -1: all of the block's samples
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts from which the flood spreads; parts before index `next` are done
+    std::vector<int> edge;  // spreads from these; before `next` done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the parts that the flood contains
     std::int64_t samples = 0;
@@ -271,11 +258,11 @@ class LoosePieces::KnownBlocks {
   /// A block in which samples became air.
   struct CutBlock {
     int block;
-    int group;  // index of another cut block of the same group (see connected_around_each_group()); of itself: none
-    int flood;  // the flood that contains the tissue around the group; -1: not known yet
-    std::array<std::uint64_t, 6> faces;  // the samples on the block's faces that became air
+    int group;                           // same group (connected_around_each_group()); itself: none
+    int flood;                           // around the group; -1: unknown
+    std::array<std::uint64_t, 6> faces;  // that became air
   };
-  /// States that the samples of a cut block that became air touch the part from which a flood started.
+  /// Emptied samples touch the part where a flood began.
   struct Touch {
     int cut_block, flood;
   };
@@ -302,13 +289,13 @@ class LoosePieces::KnownBlocks {
       if (!cut_blocks_.empty()) touches_.emplace_back(static_cast<int>(cut_blocks_.size()) - 1, part.flood);
     }
   }
-  /// Joins the floods that started from parts which touch each other.
+  /// Whose parts touch.
   void join_touching_floods(const TissueVolume& volume) {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Part part = parts_[i];
       if (part.flood < 0) continue;
       const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
-      // Each face between two blocks is examined from only one of them.
+      // From one of the two blocks.
       for (std::size_t face = 1; face < 6; face += 2) {
         if (faces[face] == 0) continue;
         const Block& next = blocks_[static_cast<std::size_t>(find_beside(volume, part.block, face))];
@@ -322,7 +309,7 @@ class LoosePieces::KnownBlocks {
       }
     }
   }
-  /// Joins the groups of those cut blocks whose samples that became air touch each other.
+  /// Whose emptied samples touch.
   void join_touching_cut_blocks() {
     cut_block_in_.resize(blocks_.size());
     for (std::size_t i = 0; i < cut_blocks_.size(); ++i)
@@ -332,7 +319,7 @@ class LoosePieces::KnownBlocks {
       for (std::size_t face = 1; face < 6; face += 2) {
         if (cut.faces[face] == 0) continue;
         const int next = blocks_[static_cast<std::size_t>(cut.block)].beside[face];
-        // An entry of another search may name any cut block, so the function tests whether it names this block.
+        // May be another search's entry.
         const auto j = static_cast<std::size_t>(cut_block_in_[static_cast<std::size_t>(next)]);
         if (j >= cut_blocks_.size() || cut_blocks_[j].block != next) continue;
         if ((cut_blocks_[j].faces[face ^ 1] & cut.faces[face]) == 0) continue;
@@ -402,9 +389,9 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
     const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    // this must be a copy, because with_parts() moves the shapes in memory
+    // a copy: with_parts() moves shapes
     const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
-    // Requests all neighbouring blocks from memory at once, because most of the time of a search is waiting for them.
+    // All neighbours at once: a search mostly waits for memory.
     for (const int beside : blocks_[static_cast<std::size_t>(part.block)].beside) {
       const auto* const next = reinterpret_cast<const char*>(blocks_.data() + std::max(beside, 0));
       __builtin_prefetch(next), __builtin_prefetch(next + sizeof(Block) - 1);
@@ -425,14 +412,14 @@ class LoosePieces::KnownBlocks {
   }
 
   std::unordered_map<glm::ivec3, int, KeyHash> index_;
-  // the blocks, their keys (the first sample is at 8·key), and their solid samples, with equal indices
+  // same indices; first sample at 8·key
   std::vector<Block> blocks_;
   std::vector<glm::ivec3> keys_;
   std::vector<SolidBits> bits_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
   std::vector<Part> parts_;  // parts of this search, block by block
-  // samples and shapes of those parts that do not contain all samples of their block
+  // of parts that are not the whole block
   std::vector<SolidBits> part_bits_;
   std::vector<Shape> part_shapes_;
   std::vector<Flood> floods_;
@@ -440,7 +427,7 @@ class LoosePieces::KnownBlocks {
   std::vector<int> roots_, live_;
   std::vector<CutBlock> cut_blocks_;
   std::vector<Touch> touches_;
-  std::vector<int> cut_block_in_;  // for each block: its index in cut_blocks_, if the last search found it there
+  std::vector<int> cut_block_in_;  // per block, by the last search
 };
 
 LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<KnownBlocks>()) {
@@ -470,12 +457,11 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
 
 LoosePieces::~LoosePieces() = default;
 
-/// Stores which samples of a block are solid now, and which of them have become air since the block was last read.
+/// Solid now, and emptied since last read.
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // Normally, a sample has become air if it was tissue when the block was last read, and is air now. If the block was
-  // not read since the last edit, every sample that is air now may have been tissue before.
+  // Tissue when last read, air now; if not read since an edit, any air may have been tissue.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});
@@ -487,8 +473,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // Blocks of the box that all_seen_lo_ and all_seen_hi_ describe are skipped, because looking them up takes
-        // long.
+        // Looking them up takes long.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {
@@ -508,19 +493,19 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (emptied_.empty() || credit_ <= 0) return {};
 
   const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
-  // A cut visits the blocks in this order, so there is usually nothing to sort.
+  // Visited in this order: usually sorted.
   if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();
   for (auto next = emptied_.begin(); next != emptied_.end();) {
     const int block = next->block;
-    SolidBits gone{};  // samples emptied by all cuts since the last search
+    SolidBits gone{};  // since the last search
     for (; next != emptied_.end() && next->block == block; ++next) {
       for (std::size_t i = 0; i < 8; ++i) gone[i] |= next->part.bits[i];
     }
     blocks_->start_around(volume, block, gone);
   }
   emptied_.clear();
-  // If the tissue around each group of samples that became air is connected, no flood fill is needed.
+  // No flood needed.
   const bool connected = blocks_->connected_around_each_group(volume);
   if (!connected) blocks_->run(volume);
   credit_ -= blocks_->looked_at();

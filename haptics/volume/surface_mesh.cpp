@@ -1,5 +1,4 @@
-// Computes the surface of a volume as triangles. They come from OpenVDB's mesher; then the vertices are moved onto the
-// zero set of the distances.
+// OpenVDB's mesh, with vertices moved onto the zero set.
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -10,13 +9,11 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBelow = 0.5;      // voxels, depth below a triangle at which its tissue is read
+constexpr double kBelow = 0.5;      // voxels below a triangle, where its tissue is read
 constexpr int kSteps = 3;           // number of Newton steps per vertex
 constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
 
-/// Moves a vertex onto the surface by Newton's method along the gradient of the trilinear field. The mesher puts a
-/// vertex at the mean of the points where the surface crosses the edges of a cell. If the surface is curved, this mean
-/// does not lie on the surface.
+/// By Newton along the trilinear gradient: the mesher's means of edge crossings are off a curved surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
@@ -30,8 +27,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // Near the surface of a distance field, |gradient|² is about 1. If it is only 0.04 or less, the vertex is not moved
-    // any further.
+    // Near the surface |gradient|² is about 1; from 0.04 down, vertices stay.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
@@ -55,7 +51,7 @@ TissueMesh TissueVolume::extract_mesh() const {
   openvdb::tools::volumeToMesh(*v.distance, points, triangles, quads, 0.0, 0.0);
   TissueMesh mesh;
   mesh.vertices.reserve(points.size());
-  std::vector<openvdb::Vec3d> place(points.size());  // voxels, positions of the vertices on the field's zero set
+  std::vector<openvdb::Vec3d> place(points.size());  // voxels, on the zero set
   const auto field = v.distance->getConstAccessor();
   for (std::size_t i = 0; i < points.size(); ++i) {
     place[i] = onto_surface(field, openvdb::Vec3d(points[i]));

@@ -1,4 +1,4 @@
-// The edits of a tissue volume: cuts, fillings, removal of loose pieces, undo and redo.
+// Cuts, fillings, loose pieces, undo and redo.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -19,8 +19,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Sums the volume of each tissue in a set of leaves (8³ voxels). Every voxel counts with its fraction inside the
-/// surface.
+/// By each voxel's fraction inside.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -35,8 +34,7 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
-    // If a leaf (8³ samples) contains only one tissue, as most leaves do, the sum does not need the label of each
-    // voxel.
+    // Most leaves have one tissue: no labels needed.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -45,7 +43,7 @@ class LeafVolumes {
     }
     count_in(label, sum);
   }
-  /// Returns the volume (m³) of each tissue. `voxel`: m, edge of a voxel.
+  /// m³. `voxel`: m.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
@@ -61,14 +59,13 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// Number of voxels that this thread has cut. The model of thread-local storage is set explicitly, because in a shared
-// library (libtypodont.so) the default model calls a function at each access.
+// Explicit model: in a shared library (libtypodont.so), the default calls a function per access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
-/// Extends `box` so that it contains `other`, which is not empty.
+/// `other` is not empty.
 void extend(VoxelBox& box, const VoxelBox& other) noexcept {
   box = box.empty() ? other : VoxelBox{glm::min(box.lo, other.lo), glm::max(box.hi, other.hi)};
 }
@@ -97,7 +94,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
   if (writes.empty() || place.logged == marked) return;
   place.logged = marked;
-  // largest number of listed leaves; it is not much faster to copy so many leaves than a whole patch (the servo's copy)
+  // leaves; more are hardly faster than a whole patch
   constexpr std::size_t kMost = 2048;
   Written& written = writes.back();
   if (written.leaves.size() == kMost) written.listed = false;
@@ -122,8 +119,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // number of marks (numbered states, TissueVolume::mark) that each volume may use; at one mark per microsecond they
-  // last twelve days
+  // per volume; one per microsecond lasts twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -141,8 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch (the servo's
-  // copy of the tissue) needs one mark, and a session uses fewer patches at the same time
+  // with stored writes; each patch needs one, and a session uses fewer at once
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
@@ -153,8 +148,7 @@ std::uint64_t TissueVolume::mark() {
 bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
-  // Number of marks (numbered states of the tissue) since which the writes are known. The newest of these marks is
-  // v.marked.
+  // With known writes; newest v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -170,7 +164,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   if (lo.x > hi.x || filled.empty()) return;
   self.filled_box(lo - 1, hi + 1, lo, hi);
   if (lo.x > hi.x) return;
-  const glm::ivec3 size = hi - lo + 3;  // size of the box in samples, with one more sample on every side
+  const glm::ivec3 size = hi - lo + 3;  // with one more sample on every side
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   std::vector<float> distances(static_cast<std::size_t>(stride_x * size.x));
   std::vector<Tissue> labels(distances.size());
@@ -191,8 +185,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// Returns the leaf (8³ voxels) that a removal will write to; null in air far from any surface. `kept`: during a
-/// stroke, the copy of the leaf for undo.
+/// To be written; null: air far from any surface. `kept`: its copy for undo, in a stroke.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -200,15 +193,14 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    // The leaf (8³ samples) was a tile (one value for all samples) far inside the tissue. After the cut it lies near
-    // the surface, so each of its samples must be stored.
+    // A tile deep inside, now near the surface: each sample is stored.
     leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }
   return leaf;
 }
 
-/// Must be called after a removal has written to a leaf (8³ voxels).
+/// After a removal's write.
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -216,7 +208,7 @@ void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, Le
 
 namespace {
 
-/// Extends `box` by the samples lo..hi of a leaf (8³ voxels) to which a removal wrote.
+/// By samples lo..hi of a written leaf.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
   extend(box, {lo, hi});
@@ -242,8 +234,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
       }
       place.samples = place.leaf->buffer().data();
     }
-    // The members are written in place. If the element were copied as a whole from the stack, the processor would have
-    // to wait, because it cannot yet load in one piece what it has just stored in several pieces.
+    // In place: copied whole, the processor would wait for its partial stores.
     Sweep::Leaf& leaf = v.due_leaves.emplace_back();
     leaf.lo = origin, leaf.distance = place.samples, leaf.due = place.due.data();
     v.due_places.push_back(&due);
@@ -264,7 +255,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
     if (leaf.emptied) carved.blocks.push_back({leaf_key(leaf.lo), solid_bits(leaf.distance)});
   }
-  // If there are fillings, restore_labels() may also write to other leaves.
+  // With fillings, restore_labels() may write other leaves.
   v.mark_changed(carved.box.lo, carved.box.hi, v.filled.empty());
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;
@@ -305,7 +296,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Replaces a block of samples. It has the same interface as the classes for removals (for example Sweep).
+/// Interface of removals such as Sweep.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -359,8 +350,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        // the leaf (8³ samples) is a tile (one value for all samples) far inside the tissue, so nothing can be filled
-        // there
+        // a tile deep inside: nothing to fill
         if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);
@@ -592,7 +582,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // No stroke was undone, so there is nothing to redo. An unfinished stroke continues.
+  // Nothing undone, nothing to redo; an unfinished stroke goes on.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

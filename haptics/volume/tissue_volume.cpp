@@ -1,5 +1,4 @@
-// The tissue in OpenVDB's grids. Grids use voxel units, not metres, because OpenVDB refuses transforms below 15 µm in
-// metres, and because sampling and cutting compute in voxels.
+// In voxel units: OpenVDB refuses transforms below 15 µm in m, and sampling and cutting compute in voxels.
 #include "haptics/tissue_volume.h"
 
 #include <linux/mman.h>
@@ -40,8 +39,8 @@ std::vector<glm::ivec3> sorted(const KeySet& keys) {
 }  // namespace
 
 TissueVolume::Impl::~Impl() {
-  // The destructor of an OpenVDB tree frees the tree's nodes on several threads, and allocates memory to do this. If
-  // this allocation fails, the program is aborted. So this destructor frees the nodes first, on one thread.
+  // OpenVDB frees nodes on several threads, allocates for it, and aborts if that fails. So they are freed first, on
+  // one.
   if (distance) distance->tree().root().clear();
   if (tissue) tissue->tree().root().clear();
 }
@@ -58,8 +57,7 @@ std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// If a leaf of n³ voxels lies inside the tissue, deeper than the band of stored distances, and all its voxels have the
-/// same value, returns this value of the label grid. Otherwise returns nullopt.
+/// If n³ voxels are deeper than the band and equal; otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -78,8 +76,7 @@ std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::
 
 constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes
 
-/// Counts the bytes of leaves in each huge page, and adds them to `bytes`. The keys of `bytes` are the numbers of the
-/// huge pages.
+/// Bytes of leaves per huge page, by number, added to `bytes`.
 template <class Tree>
 void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
@@ -88,8 +85,7 @@ void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size
   }
 }
 
-/// Asks the operating system to store the leaves in huge pages. With usual pages of 4 kB, up to a fifth of the time to
-/// copy leaves is spent on finding their pages. This is only a request, so the result of each call does not matter.
+/// With 4 kB pages, up to a fifth of copying is finding them. Only a request: results do not matter.
 void store_in_huge_pages(const openvdb::FloatTree& distances, const openvdb::Int32Tree& labels) {
   std::unordered_map<std::uintptr_t, std::size_t> bytes;
   count_leaves(distances, bytes);
@@ -111,7 +107,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // The conversion works leaf by leaf, so that no memory is allocated for voxels whose distances are not stored.
+  // By leaf: no memory where distances are not stored.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -125,7 +121,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
           tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
-        // the leaves, which are made for the first voxel that they store
+        // made for the first voxel that they store
         openvdb::FloatTree::LeafNodeType* distances = nullptr;
         openvdb::Int32Tree::LeafNodeType* labels = nullptr;
         const openvdb::Coord first(x0, y0, z0);
@@ -190,8 +186,7 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
   return hardness;
 }
 
-/// Inserts the hardness, which the file stores in a separate grid, into the label grid. The file's grid may contain
-/// tiles (cubes with one value) of any size, so the function iterates over the voxels and tiles of the labels.
+/// From its own grid into the labels; its tiles may have any size, so over the labels' voxels and tiles.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -324,7 +319,7 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// Copies one row of a leaf. The values are converted in a local array, so that the loop is vectorised.
+/// In a local array, to be vectorised.
 template <class Value, class Out, class Convert>
 void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -337,9 +332,7 @@ void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
   }
 }
 
-/// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
-/// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
-/// value) that contains it.
+/// `part` into [lo, lo + size), z fastest, through `converted`; without a leaf, the tile's value.
 template <class Grid, class Out, class Convert>
 void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
               const Convert& converted) {
@@ -375,13 +368,13 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
   }
 }
 
-// These conversions are lambdas instead of functions, so that the loops that use them are vectorised.
+// Lambdas, to be vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
 constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
-/// Copies a whole leaf into a dense block with the given strides.
+/// Whole, with the block's strides.
 template <class Value, class Out, class Convert>
 void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const Convert& converted) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -389,7 +382,7 @@ void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff
     for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
   }
 }
-/// Copies the labels of a whole leaf, which are the lowest bytes of the values of the label grid, eight at a time.
+/// Lowest bytes, eight at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -401,8 +394,7 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
   }
 }
 
-/// Prefetches the values of a leaf. `leaf` may be null. The values go to the second-level cache, because it can wait
-/// for more lines of memory at the same time than the first-level cache.
+/// May be null. Into the second-level cache, which can wait for more lines.
 template <class Leaf>
 void prefetch_leaf(const Leaf* leaf) {
   if (!leaf) return;
@@ -411,20 +403,17 @@ void prefetch_leaf(const Leaf* leaf) {
   for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i, 0, kSecondLevel);
 }
 
-/// Calls copy(source) for every leaf, and calls load(source) for the same leaf a few leaves earlier. So the processor
-/// loads the next leaves from memory while it copies a leaf. Without load(), the processor would wait for the memory
-/// during most of the copying.
+/// load(source) a few leaves before copy(source): otherwise copying mostly waits for memory.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
-  constexpr std::size_t kAhead = 4;  // leaves; with more of them, the copying is not faster
+  constexpr std::size_t kAhead = 4;  // leaves; more are not faster
   for (std::size_t i = 0; i < sources.size() + kAhead; ++i) {
     if (i < sources.size()) load(sources[i]);
     if (i >= kAhead) copy(sources[i - kAhead]);
   }
 }
 
-/// Returns true if all samples of `part` belong to leaves (8³ samples) that lie completely in `part`, and if the rows
-/// of the dense block begin at the rows of leaves.
+/// All in leaves wholly in `part`, with the block's rows at theirs.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
   const glm::ivec3 all = box.lo | box.size | part.lo | (part.hi + 1);
   return ((all.x | all.y | all.z) & (openvdb::FloatTree::LeafNodeType::DIM - 1)) == 0;
@@ -432,7 +421,7 @@ bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
 
 }  // namespace
 
-/// Finds leaves by the position of their first voxel.
+/// By first voxel.
 class TissueVolume::Impl::LeafFinder {
  public:
   explicit LeafFinder(const Impl& volume)
@@ -472,8 +461,7 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
   return sources;
 }
 
-/// Copies whole leaves into a box, for which has_whole_leaves() is true. The leaves were found before, so that the
-/// processor can wait for the memory of several leaves at the same time.
+/// For has_whole_leaves(). Found before, so that several can be waited for.
 void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const auto place = [&](const LeafSource& source) {
@@ -549,7 +537,7 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
-  static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches (the servo's copies) and int32 in the grid
+  static_assert(sizeof(Tissue) == 1);  // bytes in patches, int32 in the grid
   if (box.distance && box.tissue && has_whole_leaves(box, part))
     return impl_->copy_whole_leaves(box, impl_->leaves_in(part));
   if (box.distance) copy_box(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
@@ -575,8 +563,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks (blocks that are drawn as one), because copy_every() treats samples deep in the
-  // tissue differently after the first cut in their brick.
+  // To whole bricks: copy_every() treats deep samples differently after a brick's first cut.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -633,8 +620,7 @@ namespace {
 
 constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
 
-/// Returns, for each row of eight samples of a leaf (8³ samples), the bits of the samples d with low <= d < high. Bit 0
-/// is the first sample of the row.
+/// Per row of eight, bits of low <= d < high, first sample in bit 0.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_within(const float* leaf, float low, float high, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -643,7 +629,7 @@ void samples_within(const float* leaf, float low, float high, std::uint8_t* rows
   }
 }
 
-/// Returns the bits of the samples of a leaf that are in tissue, as samples_within() does, but in half the time.
+/// As samples_within(), in half the time.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_in_tissue(const float* leaf, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -666,7 +652,7 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 
 namespace {
 
-/// Returns which tissues the label values of a leaf show, as TissueVolume::tissues_in_block() does.
+/// As TissueVolume::tissues_in_block().
 TYPODONT_DISPATCH("avx2", "default")
 std::uint32_t tissues_of(const std::int32_t* values) {
   std::uint32_t tissues = 0;
@@ -694,15 +680,13 @@ SolidBits solid_bits(const float* samples) {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A leaf (8³ samples) contains surface if it has samples of both signs, or if it is next to a sample of the opposite
-  // sign. In both cases the leaf has a sample with |distance| <= 2.
+  // Both signs, or a neighbour of the opposite one: |distance| <= 2 somewhere.
   const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    // Finds the box of the samples near the surface (|distance| <= 2), relative to the leaf's origin. For each x, bit
-    // 8y + z of a word belongs to one sample, both in `rows` and in the leaf's mask.
+    // |distance| <= 2, from the leaf's origin. Per x, bit 8y + z in `rows` and mask.
     glm::ivec3 lo(kLeafEdge, 0, 0), hi(-1, 0, 0);
     std::uint64_t near = 0;
     for (int x = 0; x < kLeafEdge; ++x) {
@@ -732,8 +716,7 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
 
 namespace {
 
-/// Returns true if the surface passes through the brick (a block of cells that is drawn as one): at least one corner of
-/// its cells is inside the tissue, and at least one is outside.
+/// A corner inside and one outside.
 TYPODONT_DISPATCH("avx2", "default")
 bool has_surface(const FieldBrick& brick) {
   unsigned any = 0, all = ~0u;
@@ -752,8 +735,7 @@ bool has_surface(const FieldBrick& brick) {
   return false;
 }
 
-/// Copies the samples of a brick. Along each axis, they lie in four leaves: the last sample of the first leaf, two
-/// whole leaves, and the first two samples of the last leaf.
+/// Per axis four leaves: last sample, two whole ones, first two samples.
 template <class Grid, class Out, class Convert>
 void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert& converted) {
   using Value = typename Grid::ValueType;
@@ -762,7 +744,7 @@ void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert
   static constexpr int kFrom[4] = {n - 1, 0, 0, 0}, kCount[4] = {1, n, n, 2};
   auto accessor = grid.getConstAccessor();
   const glm::ivec3 first = key * FieldBrick::kCells - n;
-  Value tile[4][n];  // a row of each tile (a tree node with one constant value) that takes the place of a leaf
+  Value tile[4][n];  // of each tile in a leaf's place
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const Value* leaf[4];
@@ -810,8 +792,7 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
 
 namespace {
 
-/// Returns for each tissue, in m³, the sum over all voxels of their volume inside the surface multiplied by `weight` (a
-/// function of the voxel's value in the label grid).
+/// m³ inside × `weight` (of the label's value), per tissue.
 template <class Weight>
 PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
                       const Weight& weight) {

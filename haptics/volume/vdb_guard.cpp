@@ -25,16 +25,16 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;  // oldest version of the file format that has a UUID; see openvdb/version.h
+constexpr std::uint32_t kOldest = 218;        // first with a UUID (openvdb/version.h)
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, largest length of a message; an output file longer than this contains truncated grids and no message
+// bytes of a message; longer output is truncated grids
 constexpr std::size_t kLongestMessage = 1000;
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest total size of the grids that the cache keeps
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes kept in the cache
 
-/// Returns the FNV-1a hash of the file's first `bytes` bytes.
+/// FNV-1a of the first `bytes`.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
   Fnv1a hash;
   std::vector<char> piece(1 << 16);
@@ -62,7 +62,7 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// Runs the guarded process. Returns its exit status; -1 if a signal ended it.
+/// Exit status; -1: a signal.
 int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
                    std::span<const std::string> grids) {
   std::vector<std::string> words = {companion_program("TYPODONT_VOLUME_READER", "typodont-volume-reader",
@@ -73,8 +73,7 @@ int read_elsewhere(const std::filesystem::path& file, const std::filesystem::pat
   return run_guarded(words);
 }
 
-/// Reads through the header, the metadata and the grid descriptors of a file (format 218 to 224, as OpenVDB 4 and later
-/// write it).
+/// Header, metadata and descriptors, format 218 to 224 (OpenVDB 4 and later).
 class Walker {
  public:
   explicit Walker(const std::filesystem::path& file)
@@ -157,7 +156,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
   if (seal == Seal::kNone) Walker(file).walk();
 
-  // The result is cached, with a hash of the content as its key, because every start reads a scene's volume again.
+  // Cached by the content's hash: every start reads a scene's volume.
   Fnv1a key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));

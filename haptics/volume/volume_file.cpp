@@ -22,20 +22,19 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m, largest legal absolute value of each coordinate of the volume's origin
-// Limits of the box around the tissue, in voxels, because memory and time of a session grow with this box. A box of
-// kSmallBox voxels is always legal. A larger box may have kBoxPerVoxel voxels per stored distance, and at most
-// kLargestBox. The box of a tooth or jaw has 5 to 50 voxels per stored distance.
+constexpr double kFarthestOrigin = 100;  // m, |coordinate| of the origin
+// Voxels of the tissue's box, on which memory and time depend: always legal; per stored distance; at most. Teeth and
+// jaws have 5 to 50 per distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kLargestBox = 1e9;
 
-/// Limits all distances to ± the band (largest stored distance), and converts them between voxels and mm.
+/// To ± band, between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
   const float band = grid.background();
   for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);
   openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
 }
 
-/// Returns the grids as stored in the file. Throws Error with `name`.
+/// As stored. Throws Error with `name`.
 StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
   const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {
@@ -54,7 +53,7 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   return grids;
 }
 
-/// Writes the grids to a file. Throws exceptions of OpenVDB.
+/// Throws OpenVDB's exceptions.
 void write_grids(const std::filesystem::path& file, const StoredVolume& volume) {
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);
@@ -66,7 +65,7 @@ void write_grids(const std::filesystem::path& file, const StoredVolume& volume) 
   seal_vdb(file);
 }
 
-/// Checks every value once, because another program may have written the file. Throws Error with `name`.
+/// Another program may have written it. Throws Error with `name`.
 void check_values(const StoredVolume& volume, const std::string& name) {
   for (auto it = volume.distance->cbeginValueAll(); it; ++it) {
     if (!std::isfinite(*it)) throw Error(name, "distance", "a value that is not finite", "distances in mm");
@@ -94,7 +93,7 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
 }
 
-/// Returns the place of the tissue in the file from which it was imported. Throws Error with `name`.
+/// Where it was imported from. Throws Error with `name`.
 FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   glm::dmat3 rotation;
   for (int row = 0; row < 3; ++row) {
@@ -112,7 +111,7 @@ FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   return {{p, glm::normalize(glm::quat_cast(rotation))}, patient_axes(flat.axes)};
 }
 
-/// Checks that no voxel lies far away from the others. Throws Error with `name`.
+/// No voxel far from the others. Throws Error with `name`.
 void check_extent(const StoredVolume& volume, const std::string& name) {
   openvdb::CoordBBox box = volume.distance->evalActiveVoxelBoundingBox();
   box.expand(volume.tissue->evalActiveVoxelBoundingBox());

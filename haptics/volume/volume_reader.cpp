@@ -1,7 +1,5 @@
-// typodont-volume-reader FROM.vdb TO GRID…: the guarded process that reads volume files. OpenVDB trusts its files: a
-// wrong length can allocate gigabytes, a wrong tree can corrupt the heap. In this process, both can only cause an exit
-// status: its memory, time and files are limited, and it can start no other process, use no network and change no other
-// file.
+// typodont-volume-reader FROM.vdb TO GRID…: OpenVDB's wrong lengths and trees can only cause an exit status here:
+// memory, time and files are limited; no other process, network or file can be reached.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -24,11 +22,11 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, largest address space of the process and its libraries
-// bytes of address space that the process gets per byte of the volume file
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, with libraries
+// bytes of address space per byte of the file
 constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMostMemory = 32ull << 30;
-// bytes of output that are allowed per byte of the volume file; a tissue volume needs less
+// bytes of output per byte of the file; tissue needs less
 constexpr std::uint64_t kOutputPerByte = 4096;
 constexpr std::uint64_t kLeastOutput = 64ull << 20;
 
@@ -40,13 +38,13 @@ int run(int argc, char** argv) {
   std::error_code code;
   const std::uint64_t bytes = std::filesystem::file_size(from, code);
   if (code) return 2;
-  // The output file is opened now, because the process then gives up the right to open files for writing.
+  // Before the right to open files for writing is given up.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
   const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
   limit_process({.memory = memory, .longest_file = longest});
-  // With this setting, a write beyond the limit of a file's size fails, and the exit status can state the reason.
+  // Writing past the limit then fails, and the exit status can say why.
   std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
   const auto too_large = [&from] {
@@ -65,8 +63,7 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // If the output has reached the limit that this process sets, the volume file is wrong. If the output is shorter,
-    // the disk is full or the user has set a smaller limit, and the volume file is not wrong.
+    // At this process's limit the volume is wrong; shorter, the disk is full or the user's limit smaller.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();
@@ -75,14 +72,14 @@ int run(int argc, char** argv) {
   } catch (const std::exception& e) {
     message = Error(from, "", e.what(), "a tissue volume (.vdb)").what();
   }
-  // On failure, a message replaces the grids in the output file.
+  // A message in place of the grids.
   if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return haptics::kReaderCannotWrite;
   return 1;
 }
 
 }  // namespace
 
-/// The process exits without cleanup, because a sanitizer would use forbidden system calls at exit.
+/// No cleanup: a sanitizer would use forbidden system calls.
 int main(int argc, char** argv) {
   _exit(run(argc, argv));
 }
