@@ -222,8 +222,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "program_version", header.program_version) &&
               set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
               set_attribute(root, "hand", header.hand) && set_attribute(root, "trainee", header.trainee) &&
-              set_attribute(root, "model", header.model) &&
-              set_attribute(root, "servo_laws", std::uint64_t{header.servo_laws}) &&
+              set_attribute(root, "model", header.model) && set_attribute(root, "force_law", header.force_law) &&
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
               set_attribute(root, "position_step_m", header.position_step) &&  // the value is stored with all bits

@@ -26,8 +26,12 @@ struct SessionSummary {
 
 /// The result of checking a recording by replay.
 struct Verification {
-  enum class State { kNotChecked, kIdentical, kDiffers } state = State::kNotChecked;
+  // kOtherLaw: the recording was made with another force law, so its hand was run again with today's law
+  enum class State { kNotChecked, kIdentical, kDiffers, kOtherLaw } state = State::kNotChecked;
   std::string what;  // description of the first difference between recording and replay
+  // Only with kOtherLaw: the difference between the forces (N), and the removed volume (m³) with today's law and in the
+  // recording.
+  double force_rms = 0, force_max = 0, removed = 0, removed_before = 0;
 };
 
 /// Additional data for the report that is not in the session file: geometry, and other sessions for comparison.

@@ -8,6 +8,7 @@
 
 #include "engine/base/clock.h"
 #include "engine/contract/contact.h"
+#include "engine/contract/force_law.h"
 #include "engine/contract/tissue.h"
 
 namespace typodont::session {
@@ -41,13 +42,13 @@ struct SessionHeader {
   std::string hand;               // address of the hand's device, for example "script:hand.csv"
   std::string trainee;            // free text that names the trainee; empty if unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
-  std::vector<std::string> tools;         // name or JSON text of each tool; Cut::tool is an index into this list
-  std::vector<StreamSpec> streams;        // streams that are recorded in addition to the ticks
-  std::string model = "offset";           // name of the contact model; its parameters are in the scene
-  std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
-  double servo_rate = 1000;               // Hz, rate of the servo
-  double position_step = 0;  // m, smallest step of the hand's device (one encoder count); a replay needs it
-  bool gives_torque = true;  // true if the hand's device can apply torque; a replay needs it
+  std::vector<std::string> tools;       // name or JSON text of each tool; Cut::tool is an index into this list
+  std::vector<StreamSpec> streams;      // streams that are recorded in addition to the ticks
+  std::string model = "offset";         // name of the contact model; its parameters are in the scene
+  std::uint64_t force_law = kForceLaw;  // version of the force law that gave the ticks; 0: not stated
+  double servo_rate = 1000;             // Hz, rate of the servo
+  double position_step = 0;             // m, smallest step of the hand's device (one encoder count); a replay needs it
+  bool gives_torque = true;             // true if the hand's device can apply torque; a replay needs it
   // Highest frequency, in Hz, of the spindle vibration that the hand's device rendered. A replay needs this value.
   double vibration_band = 0;
   double voxel = 0;            // m, edge of a voxel

@@ -341,22 +341,15 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
-  std::uint64_t servo_laws = 1;  // version 1 for older files, which do not have this attribute
-  get_attribute(root, "servo_laws", servo_laws);
-  header.servo_laws = static_cast<std::uint32_t>(servo_laws);
-  if (servo_laws < 1 || servo_laws > kServoLaws)
-    throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  // older files do not have this attribute, because there was only one contact model then
+  header.force_law = 0;  // 0 if the file does not state its law
+  get_attribute(root, "force_law", header.force_law);
   get_attribute(root, "model", header.model);
-  // Older files do not have this attribute, because the servo did not render vibration then.
-  get_attribute(root, "vibration_band_Hz", header.vibration_band);
-  // Older files do not have this attribute, because the servo did not use the encoder's step then.
-  get_attribute(root, "position_step_m", header.position_step);
-  if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  // older files do not have this attribute, because the servo then treated every device as one with torque
+  need(get_attribute(root, "vibration_band_Hz", header.vibration_band), "vibration_band_Hz");
+  need(get_attribute(root, "position_step_m", header.position_step), "position_step_m");
   std::uint64_t gives_torque = 1;
-  get_attribute(root, "gives_torque", gives_torque);
+  need(get_attribute(root, "gives_torque", gives_torque), "gives_torque");
   header.gives_torque = gives_torque != 0;
+  if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
   need(read_text(dataset("header/scene"), header.scene_json), "header/scene");
   need(read_text(dataset("header/rig"), header.rig_json), "header/rig");
@@ -389,7 +382,7 @@ void SessionReader::Impl::read_header() {
   }
 }
 
-/// Reads the group "loop". Older files do not have this group, and a truncated file may have lost it.
+/// Reads the group "loop", which a truncated file may lack.
 void SessionReader::Impl::read_loop() {
   LoopFields f;
   const auto read = [&](const char* name, hid_t type, auto& numbers) {

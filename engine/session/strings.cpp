@@ -351,6 +351,15 @@ constexpr Entry kCatalogue[] = {
       "Die Wiederholung der aufgezeichneten Hand weicht von dieser Aufnahme ab: {}. Ihre Wertung ist nicht die der "
       "Hand.",
       "按所记录的手部动作重放，结果与本记录不一致：{}。其评分不代表该操作。"}},
+    {"warn.other_law",
+     {"This recording was made with another force law (by Typodont {}). With today's law, the force on the same hand "
+      "differs by {} N rms and {} N at most, and the hand removes {} mm³ instead of {} mm³.",
+      "Diese Aufnahme entstand mit einem anderen Kraftgesetz (Typodont {}). Mit dem heutigen Gesetz weicht die Kraft "
+      "auf "
+      "dieselbe Hand um {} N (Effektivwert), höchstens um {} N ab, und die Hand trägt {} mm³ statt {} mm³ ab.",
+      "本记录使用其他力学规则（Typodont {}）。按现行规则，同一手部动作所受的力相差 {} N（均方根），最大 {} "
+      "N；去除体积为 "
+      "{} mm³，原为 {} mm³。"}},
     {"session_file", {"Session file", "Sitzungsdatei", "训练文件"}},
     {"warn.truncated",
      {"This recording was cut off before its end; the report covers what was saved.",

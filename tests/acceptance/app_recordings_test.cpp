@@ -105,6 +105,38 @@ TEST_F(Recordings, AReplayWithChangedSettingsStatesWhatWasComparedWithWhat) {
   EXPECT_TRUE(both.find("force_N"));
 }
 
+TEST_F(Recordings, ThatStateAnotherForceLawOrNoneAreNotReplayedButTheirHandIsRunAgainWithTodaysLaw) {
+  const auto state_law = [&](const char* name, std::uint64_t law) {
+    change([&](hid_t h5) {
+      EXPECT_GE(H5Adelete(h5, "force_law"), 0);
+      const hid_t space = H5Screate(H5S_SCALAR),
+                  made = H5Acreate2(h5, name, H5T_NATIVE_UINT64, space, H5P_DEFAULT, H5P_DEFAULT);
+      H5Awrite(made, H5T_NATIVE_UINT64, &law);
+      H5Aclose(made), H5Sclose(space);
+    });
+  };
+  const std::string sentence = "made with another force law";
+  // "servo_laws" is the attribute of recordings from before version 1.0.
+  for (const auto& [name, law] : {std::pair{"force_law", kForceLaw + 1ull}, std::pair{"force_law", (1ull << 32) + 1},
+                                  std::pair{"servo_laws", 1ull}}) {
+    state_law(name, law);
+    const Ran checked = check();
+    EXPECT_EQ(checked.status, 1) << name;
+    EXPECT_THAT(checked.err, HasSubstr(sentence));
+  }
+  const Ran ran = folder.run(fmt::format("replay {}/s.h5 --json", at()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json said = Json::parse(ran.out, "replay");
+  EXPECT_FALSE(said["identical"].boolean());
+  EXPECT_FALSE(said["same_force_law"].boolean());
+  // The recording was in truth made with today's law, so the hand feels the same force and removes the same volume.
+  EXPECT_EQ(said["with_todays_law"]["force_N"]["off_max"].number(), 0);
+  EXPECT_GT(said["with_todays_law"]["removed_mm3"]["now"].number(), 1);
+  EXPECT_THAT(said["difference"].string(), HasSubstr("0.000 N at most"));
+  EXPECT_EQ(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at())).status, 0);
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr(sentence));
+}
+
 TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   const session::SessionReader whole(folder / "good.h5");
   ASSERT_GT(whole.cuts().size(), 100u);

@@ -182,6 +182,15 @@ TEST_F(UndoSession, ItsHandIsReplayedWithAnotherContactModelAndFilmedBesideTheOr
   EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
 }
 
+TEST_F(UndoSession, ANewRunOfItsHandRepeatsItsUndo) {
+  run(scene, "session.h5", {{1.3, TissueCommand::kUndo}});
+  const session::SessionReader recorded(folder.path() / "session.h5");
+  const RerunResult again = rerun_session(recorded, scene_of(recorded), folder.path() / "again.h5");
+  EXPECT_GT(again.removed_before, 0);
+  EXPECT_NEAR(again.removed / again.removed_before, 1, 0.01);
+  EXPECT_TRUE(replay_session(session::SessionReader(folder.path() / "again.h5")).identical);
+}
+
 TEST_F(UndoSession, UndoRestoresTheTissue) {
   run(scene, "cut.h5", {});
   ASSERT_GE(strokes.done, 3u);

@@ -38,11 +38,38 @@ ReplayResult replay_recorded(const session::SessionReader& session) {
   return replay_session(session, [&](double done) { progress.at(done); });
 }
 
+/// Says in one sentence how today's law differs if a session that is only shown has another force law.
+void warn_of_other_law(const session::SessionReader& session) {
+  if (has_other_law(session)) log::warn("{}: {}", session.file().string(), replay_recorded(session).what_differs);
+}
+
+nlohmann::ordered_json json_of(const RerunResult& r) {
+  return {{"ticks", r.ticks},
+          {"seconds", r.seconds},
+          {"cuts", r.cuts},
+          {"force_N",
+           {{"off_rms", r.force_off_rms},
+            {"off_max", r.force_off_max},
+            {"max", r.force_max},
+            {"max_before", r.force_max_before}}},
+          {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
+          {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}}};
+}
+
 nlohmann::ordered_json json_of(const ReplayResult& result, const Options& options) {
-  nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},
-                                 {"ticks", result.ticks},           {"field_hash", result.field_hash},
-                                 {"force_hash", result.force_hash}, {"faults", result.ticks_with_faults},
+  nlohmann::ordered_json json = {{"identical", result.identical},
+                                 {"same_force_law", !result.with_todays_law},
+                                 {"seconds", result.seconds},
+                                 {"ticks", result.ticks},
                                  {"truncated", result.truncated}};
+  if (result.with_todays_law) {
+    json["with_todays_law"] = json_of(*result.with_todays_law);
+  } else {
+    json["field_hash"] = result.field_hash;
+    json["force_hash"] = result.force_hash;
+    json["faults"] = result.ticks_with_faults;
+  }
+  if (!result.identical) json["difference"] = result.what_differs;
   if (!options.key.empty()) json["signature"] = "valid";
   return json;
 }
@@ -51,7 +78,7 @@ void print(const ReplayResult& result, const Options& options) {
   fmt::print("{}{}: {} ticks, {:.3f} s{}\n", options.session,
              options.with.empty() ? "" : ", replayed with its own settings, without those of --with", result.ticks,
              result.seconds, result.truncated ? ", cut off" : "");
-  fmt::print("forces {}, tissue {}\n", result.force_hash, result.field_hash);
+  if (!result.with_todays_law) fmt::print("forces {}, tissue {}\n", result.force_hash, result.field_hash);
   fmt::print("{}{}\n", options.with.empty() ? "" : "without --with: ",
              result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
 }
@@ -64,23 +91,11 @@ RerunResult rerun(const session::SessionReader& session, const Options& options)
     where = options.with;
     text = read_input(options.with, InputKind::kJson);
   }
+  if (has_other_law(session))
+    log::warn("{}: made with another force law, so the differences are not those of --with alone", options.session);
   const Scene scene = scene_with(session, text, where);
   Progress progress("same hand");
   return rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
-}
-
-nlohmann::ordered_json json_of(const RerunResult& r, const Options& options) {
-  return {{"ticks", r.ticks},
-          {"seconds", r.seconds},
-          {"cuts", r.cuts},
-          {"force_N",
-           {{"off_rms", r.force_off_rms},
-            {"off_max", r.force_off_max},
-            {"max", r.force_max},
-            {"max_before", r.force_max_before}}},
-          {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
-          {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}},
-          {"out", options.out}};
 }
 
 void print(const RerunResult& r, const Options& options) {
@@ -104,7 +119,8 @@ void compare(const session::SessionReader& session, const Options& options) {
   if (changed) other = rerun(session, options);
   if (checks) same = replay_recorded(session);
   if (options.json) {
-    nlohmann::ordered_json json = changed ? json_of(other, options) : json_of(same, options);
+    nlohmann::ordered_json json = changed ? json_of(other) : json_of(same, options);
+    if (changed) json["out"] = options.out;
     if (changed && checks) json["replay_without_with"] = json_of(same, options);
     fmt::print("{}\n", changed ? json.dump(2) : json.dump());
   } else {
@@ -135,8 +151,13 @@ void run(Options options) {
   if (!playback.film.empty()) require_output(playback.film, FileKind::kFilm);
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
-  if (!options.with.empty() || options.check || (!film && !options.show))
-    compare(session::SessionReader(session), options);
+  {
+    const session::SessionReader reader(session);
+    if (!options.with.empty() || options.check || (!film && !options.show))
+      compare(reader, options);
+    else
+      warn_of_other_law(reader);
+  }
   if (options.show) show_session(session, playback);
   if (film) {
     PlaybackResult result;

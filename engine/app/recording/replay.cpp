@@ -10,13 +10,14 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/haptic_loop.h"
-#include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "engine/contract/force_law.h"
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
@@ -106,9 +107,7 @@ Scene scene_of(const session::SessionReader& session, int recordings) {
 
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t) {
-  haptics::ServoSettings settings = scene.servo;
-  settings.laws = session.header().servo_laws;
-  auto made = std::make_unique<haptics::Carver>(std::move(start), settings);
+  auto made = std::make_unique<haptics::Carver>(std::move(start), scene.servo);
   haptics::Carver& carver = *made;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
@@ -146,15 +145,39 @@ ServoTick tick_at(const session::SessionReader& session, Nanos t) {
   return session.ticks(place_of_tick_at(session, t), 1).front();
 }
 
+bool has_other_law(const session::SessionReader& session) {
+  return session.header().force_law != kForceLaw;
+}
+
+namespace {
+
+ReplayResult rerun_with_todays_law(const session::SessionReader& session, const Scene& scene,
+                                   const std::function<void(double)>& progress) {
+  const RerunResult rerun = rerun_session(session, scene, {}, progress);
+  ReplayResult result;
+  result.truncated = session.truncated();
+  result.seconds = rerun.seconds;
+  result.ticks = rerun.ticks;
+  result.what_differs = fmt::format(
+      "it was made with another force law (by Typodont {}). With today's law, the force on the same hand differs by "
+      "{:.3f} N rms and {:.3f} N at most, and the hand removes {:.3f} mm³ instead of {:.3f} mm³",
+      session.header().program_version, rerun.force_off_rms, rerun.force_off_max, rerun.removed / kCubicMillimetre,
+      rerun.removed_before / kCubicMillimetre);
+  result.with_todays_law = rerun;
+  return result;
+}
+
+}  // namespace
+
 ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress) {
   use_ieee_arithmetic();
   const session::SessionHeader& header = session.header();
   const Scene scene = scene_of(session);
+  if (has_other_law(session)) return rerun_with_todays_law(session, scene, progress);
 
   haptics::TissueVolume tissue = load_tissue(scene);
-  haptics::ServoSettings settings = servo_settings(scene, tissue, header.servo_rate, header.vibration_band,
-                                                   header.position_step, header.gives_torque);
-  settings.laws = header.servo_laws;
+  const haptics::ServoSettings settings = servo_settings(scene, tissue, header.servo_rate, header.vibration_band,
+                                                         header.position_step, header.gives_torque);
   haptics::LockStep steps(std::move(tissue), settings);
 
   ReplayResult result;
@@ -229,13 +252,16 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
 
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress) {
-  const double rate = session.header().servo_rate;
-  const auto hand = open_replay_hand(session, rate, /*paced=*/false);
-  HapticLoop loop(scene, load_tissue(scene), hand->info());
+  haptics::DeviceInfo hand;
+  hand.address = "replay:" + session.file().string();
+  hand.rate = session.header().servo_rate;
+  hand.vibration_band = session.header().vibration_band;
+  hand.position_step = session.header().position_step;
+  hand.torque_limit = session.header().gives_torque ? std::numeric_limits<double>::infinity() : 0;
+  HapticLoop loop(scene, load_tissue(scene), hand);
   std::unique_ptr<session::SessionWriter> writer;
   if (!out.empty()) {
-    session::SessionHeader header = session_header(scene, {}, hand->info(), loop.carver().volume(), rate);
-    header.hand = "replay:" + session.file().string();
+    session::SessionHeader header = session_header(scene, {}, hand, loop.carver().volume(), hand.rate);
     header.trainee = session.header().trainee;
     header.date.clear();
     session::WriterOptions options;
@@ -244,13 +270,24 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   }
   RerunResult result;
   TickNotes notes(scene, std::nullopt);
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  const auto edit_before = [&](Nanos t) {
+    for (; edit != edits.end() && edit->t <= t; ++edit) {
+      haptics::Carver& carver = loop.carver();
+      const StrokeEdit repeated{edit->t, edit->redo, carver.cuts(), carver.snapshots()};
+      if ((edit->redo ? carver.redo() : carver.undo()) && writer) writer->append(event_of(repeated));
+    }
+  };
   constexpr std::uint64_t kChunk = 65536;
   double force2 = 0, tool2 = 0;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
       ServoTick tick;
       Cut cut;
-      const bool did_cut = loop.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool}, tick, cut);
+      edit_before(recorded.t);
+      const std::uint32_t of_hand = recorded.faults & (haptics::kNoPose | bits(Fault::kHeld));
+      const bool did_cut = loop.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, of_hand}, tick, cut);
       tick.cpu_time = 0;
       if (writer) {
         if (loop.fresh_patch()) writer->append({loop.fresh_patch(), 1});
@@ -273,6 +310,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
     }
     if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
   }
+  edit_before(std::numeric_limits<Nanos>::max());
   if (result.ticks > 0) {
     result.force_off_rms = std::sqrt(force2 / static_cast<double>(result.ticks));
     result.tool_off_rms = std::sqrt(tool2 / static_cast<double>(result.ticks));

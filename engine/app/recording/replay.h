@@ -1,11 +1,13 @@
-// Replays a session from the recorded motion of its hand. The result equals the session bit for bit. The servo begins
-// to use each patch (a copy of the tissue around the tool) at the same tick as in the session.
+// Replays a session from the recorded motion of its hand. The result equals the session bit for bit, because the servo
+// begins to use each patch (a copy of the tissue around the tool) at the same tick as in the session. A session of
+// another force law is not replayed: its hand is run again with today's law.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/app/scene.h"
@@ -19,6 +21,18 @@ namespace haptics {
 class Carver;
 }
 
+/// Difference between a session and a new run of its recorded hand, with another scene or another force law.
+struct RerunResult {
+  std::uint64_t ticks = 0, cuts = 0;
+  double seconds = 0;
+  /// N, difference between the new and the recorded force over all ticks: root mean square, and largest
+  double force_off_rms = 0, force_off_max = 0;
+  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and in the recording
+  /// m, difference between the new and the recorded position of the drawn tool: root mean square, and largest
+  double tool_off_rms = 0, tool_off_max = 0;
+  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and in the recording
+};
+
 struct ReplayResult {
   // True if the replay equals the recording in all data that the score depends on, from the first tick to the last (see
   // stream_check.h).
@@ -30,27 +44,23 @@ struct ReplayResult {
   std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
   std::string what_differs;  // describes the first difference; empty if there is none
+  // The session was made with another force law, so its hand was run again with today's law, and the members
+  // `first_difference`, `field_hash` and `force_hash` are not set.
+  std::optional<RerunResult> with_todays_law;
 };
 
-/// Replays a session and compares it with its recording. Throws Error if its tissue is missing or has changed.
+/// Returns true if the session was made with another force law than today's.
+bool has_other_law(const session::SessionReader& session);
+
+/// Replays a session and compares it with its recording. If the session has another force law, runs its hand again with
+/// today's law, and states the difference in `what_differs`. Throws Error if its tissue is missing or has changed.
 ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress = {});
 
-/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling spring.
-struct RerunResult {
-  std::uint64_t ticks = 0, cuts = 0;
-  double seconds = 0;
-  /// N, difference between the new and the recorded force over all ticks: root mean square, and largest
-  double force_off_rms = 0, force_off_max = 0;
-  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and in the recording
-  /// m, difference between the new and the recorded position of the drawn tool: root mean square, and largest
-  double tool_off_rms = 0, tool_off_max = 0;
-  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and in the recording
-};
 /// Returns the session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null
 /// value removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
-/// Runs the servo of `scene` with the recorded motion of the hand, tick by tick. `out`: file in which the new session
-/// is stored (.h5); empty: it is not stored.
+/// Runs the servo of `scene` with the recorded motion of the hand, tick by tick, and repeats undos and redos. `out`:
+/// file in which the new session is stored (.h5); empty: it is not stored.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 

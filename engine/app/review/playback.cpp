@@ -20,6 +20,7 @@
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/teaching_views.h"
+#include "engine/app/recording/replay.h"
 #include "engine/app/review/player.h"
 #include "engine/app/review/soft_gum_player.h"
 #include "engine/app/sound_link.h"
@@ -137,6 +138,7 @@ class Side {
     const auto number = [&](double value) { return session::number_text(value, 1, language_); };
     std::vector<std::string> parts;
     if (!name_.empty()) parts.push_back(name_);
+    if (has_other_law(player_.session())) parts.push_back(hud_text(language_, "other_law"));
     parts.push_back(fmt::format("{} / {} s", number(to_seconds(tick.t)), number(player_.end())));
     parts.push_back(fmt::format("x{}", short_number(clock.speed, 3, language_)));
     if (clock.loop) parts.push_back(hud_text(language_, "loop"));

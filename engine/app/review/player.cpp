@@ -71,9 +71,7 @@ WaterSwitch SessionPlayer::water() const {
 }
 
 void SessionPlayer::from_the_start() {
-  haptics::ServoSettings settings = scene_.servo;
-  settings.laws = session_.header().servo_laws;
-  carver_.emplace(load_tissue(scene_), settings);
+  carver_.emplace(load_tissue(scene_), scene_.servo);
   next_ = 0;
   done_.clear();
   view_.reset();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/replay.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -82,6 +83,18 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
   return report;
 }
 
+session::Verification verify(const session::SessionReader& session) {
+  using State = session::Verification::State;
+  const ReplayResult replay = replay_session(session);
+  session::Verification verification{replay.identical ? State::kIdentical : State::kDiffers, replay.what_differs};
+  if (const auto& rerun = replay.with_todays_law) {
+    verification.state = State::kOtherLaw;
+    verification.force_rms = rerun->force_off_rms, verification.force_max = rerun->force_off_max;
+    verification.removed = rerun->removed, verification.removed_before = rerun->removed_before;
+  }
+  return verification;
+}
+
 session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
@@ -93,6 +106,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
     report.preparation = std::move(judged.preparation);
     report.score = std::move(judged.score);
     report.input = std::move(judged.input);
+    if (has_other_law(session)) report.verification = verify(session);
   } catch (const Error& e) {
     log::warn("scored by the volumes in the file alone: {}", e.what());
   }

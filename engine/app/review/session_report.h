@@ -13,9 +13,12 @@ namespace typodont {
 
 class Progress;
 
-/// Computes the data of the report that is not in the session file. If the tissue is not available, the report contains
-/// only the volumes in the file, and a message.
+/// Computes the data of the report that is not in the session file. A session of another force law is verified. If the
+/// tissue is not available, the report contains only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
+
+/// Replays a session and compares it with its recording (replay_session). Throws Error.
+session::Verification verify(const session::SessionReader& session);
 
 /// Makes the final surface and its distance from the task's ideal result for a session without a recording. Throws
 /// Error if the scene's tissue or its ideal cannot be built.

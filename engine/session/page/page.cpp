@@ -132,6 +132,9 @@ void Page::warnings() {
   if (!session_.gaps().empty()) texts.push_back(say("warn.gaps", in_words(session_.gaps())));
   if (options_.verification.state == Verification::State::kDiffers)
     texts.push_back(say("warn.differs", escaped(options_.verification.what)));
+  if (const Verification& v = options_.verification; v.state == Verification::State::kOtherLaw)
+    texts.push_back(say("warn.other_law", escaped(session_.header().program_version), number(v.force_rms, 3),
+                        number(v.force_max, 3), number(v.removed * 1e9, 3), number(v.removed_before * 1e9, 3)));
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
   put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
@@ -207,9 +210,8 @@ void Page::details() {
   for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
   entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
   using State = Verification::State;
-  if (options_.verification.state != State::kDiffers)
-    entry("verification",
-          say(options_.verification.state == State::kIdentical ? "verification.identical" : "verification.none"));
+  if (options_.verification.state == State::kIdentical) entry("verification", say("verification.identical"));
+  if (options_.verification.state == State::kNotChecked) entry("verification", say("verification.none"));
   entry("session_file", escaped(session_.file().filename().string()));
   put("</dl>\n</section>\n");
 }

@@ -46,6 +46,7 @@ constexpr Entry kHud[] = {
     {"hud.phase_depth", {"{} of {} mm, {} {}", "{} von {} mm, {} {}", "{} / {} mm，{} {}"}},
     {"hud.backwards", {"backwards", "rückwärts", "反转"}},
     {"hud.loop", {"loop", "Schleife", "循环"}},
+    {"hud.other_law", {"made with another force law", "mit anderem Kraftgesetz aufgenommen", "使用其他力学规则录制"}},
     {"hud.paused", {"paused", "angehalten", "暂停"}},
     {"hud.exploring", {"exploring, the drill is off", "Tasten, der Bohrer steht", "探查，钻头不转"}},
     {"hud.removing", {"removing caries", "Karies wird entfernt", "正在去除龋坏"}},

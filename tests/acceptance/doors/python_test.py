@@ -184,8 +184,7 @@ class Sessions(InFolder):
             self.assertEqual(session.scene["tool"], "round_012")
             self.assertEqual(session.cuts["index"][-1], ticks.array["cuts"][-1])
             self.assertFalse(session.truncated)
-        replayed = subprocess.run([PROGRAM, "replay", file, "--check", "--json"], capture_output=True, text=True)
-        self.assertTrue(json.loads(replayed.stdout)["identical"], replayed.stderr)
+            self.assertTrue(session.replay(program=PROGRAM)["identical"])
 
 
 class Doors(unittest.TestCase):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from pathlib import Path as _File
 from typing import Any, Mapping, NamedTuple, Sequence
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._native import Handle, bytes_of, check, ffi, lib, made, struct, text
-from .pictures import draw, view_of
+from .pictures import call, draw, view_of
 from .scene import Scene
 from .ticks import CUT, TICK, TISSUES, Ticks
 
@@ -88,6 +89,14 @@ class Session(Handle):
     def frame(self) -> Any:
         """The ticks as a pandas DataFrame."""
         return self.ticks.frame()
+
+    def replay(self, program: str = "typodont") -> dict[str, Any]:
+        """Replays the session with the program and compares it, as `typodont replay --json`. A session of another force
+        law is not replayed: its hand is run again with today's law. A warning then states the difference."""
+        found: dict[str, Any] = json.loads(call(program, "replay", self._file, "--json"))
+        if not found["same_force_law"]:
+            warnings.warn(f"{self._file}: {found['difference']}", stacklevel=2)
+        return found
 
     def render(self, t_s: float, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None,
                size: tuple[int, int] = (640, 480), *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1,

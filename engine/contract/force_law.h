@@ -1,0 +1,11 @@
+// The version of the servo's force law, which a recording stores.
+#pragma once
+
+#include <cstdint>
+
+namespace typodont {
+
+/// Raise it in the commit that changes the bits of a force or a cut, and delete the old law in that commit.
+inline constexpr std::uint64_t kForceLaw = 1;
+
+}  // namespace typodont
