@@ -35,10 +35,7 @@ Carver::Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedCon
 }
 
 Carver::Carver(TissueVolume tissue, const ServoSettings& settings)
-    : Carver(std::move(tissue), tool_set(settings), settings.method) {
-  body_->set_laws(settings.laws);
-  travel_ = body_->travel();
-}
+    : Carver(std::move(tissue), tool_set(settings), settings.method) {}
 
 bool Carver::begins_stroke(const Cut& cut) const {
   return !in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause;

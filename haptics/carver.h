@@ -21,7 +21,7 @@ class Carver {
   /// Creates the carver of a tissue. `tools`: the tools of the session, to which the index Cut::tool refers. Throws
   /// Error if the contact method rejects the tissue.
   Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
-  /// Constructs the carver with the tools, the contact method and the version of the force laws in `settings`.
+  /// Constructs the carver with the tools and the contact method in `settings`.
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Repeats a cut of the servo. Cuts must arrive in order and without gaps. Consecutive cuts with only short pauses

@@ -53,7 +53,6 @@ struct ServoSettings {
   std::vector<Tool> tools;
   Spindle spindle;
   VoxelFrame frame;                             // position and voxel size of the tissue volume's grid
-  std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
   std::shared_ptr<const ContactMethod> method;  // contact method; null: default_contact_method()
   // soft tissue around the tooth (soft_tissue.h); null: the scene has no soft tissue
   std::shared_ptr<const SoftSurface> soft;

@@ -19,9 +19,6 @@ class TissueBody {
  public:
   virtual ~TissueBody() = default;
 
-  /// Sets the version of the force laws of the servo whose cuts this body repeats. Called before the first cut.
-  virtual void set_laws(std::uint32_t /*laws*/) {}
-
   // Functions for cuts and strokes.
   /// Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: true if the previous cut
   /// ended at A with the same tool; only tissue ahead of the head can then change.

@@ -41,56 +41,6 @@ constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
-/// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
-/// the same bits. The versions:
-/// - 16: In the models that use a distance field, the search for loose pieces ends as soon as the tissue around each
-/// group of removed samples is connected. The pieces are the same, but a search is now postponed less often.
-/// - 15: In the models vertex and mesh_lod, a cut finds two more kinds of folds of the surface: two faces with a common
-/// edge that lie on each other, and two overlapping faces with a common vertex.
-/// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
-/// patch instead of 1 mm. A patch is centred ahead of the moving tool, and its position is a multiple of eight voxels.
-/// In the offset model, if contacts hold a tool back, free space for it is also searched in the coarse patch around the
-/// shank. In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder, and one
-/// rule decides for all faces whether they may intersect other faces. In the vertex model, the estimates of the
-/// computing effort agree better with measured times, and the next cut waits for at least as many ticks as the last cut
-/// took.
-/// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
-/// parts over several ticks. Until it is complete, the head moves only where the old list is valid.
-/// - 12: In the vertex model, some vertices may stay inside the head after a cut. The head now moves on during the next
-/// cut, and such vertices are merged in more cases than before. The force changes more slowly, and all searches take
-/// several ticks. In the model mesh_lod, a long search for the contacts of a ball-shaped head continues in the next
-/// tick; for heads of other shapes, the carver lists the points around the head. In both models, a cut splits no edge
-/// while very many faces are near the head.
-/// - 11: In a cut, the path of a turning head with a round end has fewer parts, because a part may be curved. If a
-/// sample is nearest to a single line of the head's outline, its depth is computed in closed form. During a fast
-/// motion, the cut in the coarse copy of the tissue may be delayed by some ticks. In the vertex model, a long cut, or a
-/// long search for the points around the head, can continue in the next tick. Between two cuts, most ticks of this
-/// model compute only the contact; while the head moves little, they extrapolate the distances of an earlier tick. In
-/// the models vertex and mesh_lod, a cut may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces
-/// collect at the rim of a hole. In the packing model, a head with a large contact area stores energy until the energy
-/// suffices for a cut of 1 µm. In this model, a proxy that does not move is projected onto its contacts once per tick.
-/// - 10: In the packing model, a head with a large contact area stores the energy of up to 5 ms for one cut. Each cut
-/// processes thousands of spheres, but the energy of a single tick would move the head by only some ten nanometres.
-/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also while the proxy
-/// returns from the plane that replaced a missing tissue copy. A long cut of the vertex model takes several ticks.
-/// - 8: If a drill hits tissue fast, the force has no steps, except steps that the hand's motion itself causes
-/// (docs/passivity.md).
-/// - 7: An implant drill that moves along its axis cuts only at its end. If the tool's voxels are much finer than the
-/// tissue's voxels, the cutting law over the drill's end is evaluated at fewer points. In the packing model, heads are
-/// rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's position
-/// starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large forces. If
-/// a sphere was partly cut and its rest comes loose, the hole is not larger than this rest.
-/// - 6: The cutting law over an implant drill's end is computed in single precision.
-/// - 5: In the cut of a long head that rotates fast, the path has fewer straight parts. Samples from which the head
-/// moves away are skipped. An instrument that fills keeps its speed limit also while it searches for free space.
-/// - 4: When the head loses contact, the tangential force of the blades fades out. In versions 1 to 3, it ended at
-/// once.
-/// - 3: In the offset model, if contacts prevent the tool from following the hand, the tool returns along its own path.
-/// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
-/// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
-/// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 16;
-
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;  // number of ticks since the servo started
