@@ -1,5 +1,4 @@
-// Computes bounds of the speed at which a head (the cutting end of a tool) approaches the samples near a point. The
-// kernels (vector functions) use these bounds to skip samples from which the head moves away. Private to
+// Bounds of the speed of a head towards samples, by which kernels skip those that it leaves. Private to
 // haptics/cutting.
 #pragma once
 
@@ -11,18 +10,15 @@
 
 namespace typodont::haptics {
 
-/// Lower and upper bound (`slowest`, `fastest`) of the speed at which the head approaches the samples within `reach` of
-/// the point `center`. The speed is n·w, where w is the motion of the samples relative to the head, in the head's frame
-/// T, and n is any normal of the neighbouring pieces `first` to `last` of the head's outline. `rho`: distance of
-/// `center` from the head's axis.
+/// Bounds of n·w over the samples within `reach` of `center`: w is their motion in T, n any normal of the outline's
+/// pieces `first` to `last`. `rho`: of `center`.
 struct Advance {
   float slowest, fastest;
 };
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// most, least: greatest and least component of the motion w away from the head's axis, over the samples within
-  /// `reach`
+  /// w away from the axis, within `reach`
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
@@ -31,10 +27,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals
-  // rotate from the first piece's normal to the last piece's normal. At a tip (the outline meets the axis), they begin
-  // with the downward direction instead. If w has the direction of one of these normals, the maximum is |w|. Otherwise
-  // it is the value for the first or for the last normal.
+  // Largest n·w. Normals turn from the first piece's to the last's, at a tip from straight down. Along one of them it
+  // is |w|, otherwise that of the first or last normal.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

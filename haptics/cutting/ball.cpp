@@ -26,32 +26,27 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  // voxel of the first sample, relative to the base voxel of the sweep (the origin of all positions here)
+  // from the sweep's base voxel, the origin here
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
-/// The samples of a sweep that are processed together: groups of eight samples along z, and data that are equal for all
-/// groups of a row.
+/// Groups of eight along z, and what a row's groups share.
 struct Work {
-  // Sizes of the arrays. kGroups: largest number of listed groups of samples; kRowBatches: largest number of batches of
-  // eight rows; kLongest: largest number of samples in a row.
+  // At most: listed groups, batches of eight rows, samples of a row.
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Terms of a sample's distance from the sweep that are equal for all samples of a row along z; each lane belongs to
-  // one of eight rows.
+  // Equal along a row; one of eight rows per lane.
   F8 u[kRowBatches], v[kRowBatches];
-  I8 base[kRowBatches];  // index of the first sample of each of the eight rows
-  // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
+  I8 base[kRowBatches];  // of the first sample, per row
+  // z of samples i to i + 7, from A
   F8 z[kLongest];
-  // the listed groups of samples. Each is stored in one number: (z index of its first sample << 16) | index of its row.
+  // each (z index of its first sample << 16) | row
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of the listed groups (eight samples along z). Each sample becomes max(old value, min(radius -
-/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's path. kInner: 3
-/// voxels, kMargin: 3.5 voxels. `capsule`: false: the distance from the end of the path is accurate enough. `narrow`:
-/// true: the rows of the block are shorter than a group.
+/// max(old, min(radius - distance, kInner)) where above -kMargin; kInner: 3 voxels, kMargin: 3.5. `capsule` false: the
+/// path's end is accurate enough. `narrow`: rows shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -61,7 +56,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  // for each group of samples in which the surface moved: the removed volume of each sample
+  // where the surface moved: volume per sample
   I8 moved_taken[Work::kGroups];
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
@@ -103,8 +98,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Writes the result of every group of samples. If the samples of a group did not change, the next group overwrites
-    // its result. A branch that skips unchanged groups would often be mispredicted.
+    // Always written; unchanged groups are overwritten by the next. A branch would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -120,8 +114,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends groups of samples to the list in `work`. Each lane of `entries` contains one group; it is appended if the
-/// lane is set in `mask`.
+/// Lanes of `entries` set in `mask`, into `work`.
 TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -130,27 +123,23 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Raises a block of samples to their depth in the sweep of a ball from A to B. This sweep is a capsule. `capsule`:
-/// false if the sweep is so short that the ball at B covers everything ahead of A. Examines only samples near the
-/// sweep. If the sweep continues another sweep, it examines only samples ahead of A and outside the ball at A, which is
-/// already empty. Returns true if a sample changed; adds the removed volume to `removed`.
+/// A ball from A to B, a capsule; `capsule` false: B covers all ahead of A. Only samples near it, and, continuing a
+/// sweep, ahead of A and outside the emptied ball there. True: changed; volume to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Radius and centre of a ball that contains all samples that can change. Its centre is B (the end of the sweep) if
-  // the ball at B covers everything ahead of A, otherwise the middle between A (the start of the sweep) and B.
+  // Around all that can change: at B if it covers all ahead of A, otherwise between A and B.
   const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
-  // If this sweep continues another sweep, the tissue in a ball around A with the radius `inner` is already
-  // removed.
+  // Continuing: a ball of `inner` around A is empty.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  // z of A (the start of the sweep), measured from the first sample of a row
+  // z of A, from a row's first sample
   const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // upper bound of the rounding error in the test whether a sample is ahead of A, the start of the sweep
+  // rounding of the test against A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -158,8 +147,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // The z coordinates are computed once for each sample at which a group can start. So their rounding errors do not
-  // depend on the first sample of the row.
+  // Once per possible start of a group, so rounding does not depend on the row's first sample.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -168,8 +156,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For each of eight rows, computes which samples can change: those in an interval [low, high), except the samples
-      // in a hole that the ball has already emptied.
+      // Per row: [low, high) without the emptied hole.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -177,8 +164,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // The bounds `low` and `high` of the changed samples are later truncated to integers. All values are positive, so
-      // adding 1 before the truncation rounds them up.
+      // Positive, later truncated: adding 1 rounds up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -197,8 +183,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      // the hole (the samples that the ball has already emptied) is skipped only if it contains a whole group of
-      // samples
+      // only if it holds a whole group
       const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
@@ -206,8 +191,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows have one interval of at most sixteen samples. It is covered by at most two groups of eight samples,
-      // which are appended without a branch.
+      // Mostly one interval of up to sixteen: two groups at most, without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -232,7 +216,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Processes the collected groups now if eight more rows of maximum length might not fit into the list.
+      // If eight more of the longest rows might not fit.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -242,9 +226,8 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   return changed;
 }
 
-// Compiled for several instruction sets, one of which is chosen at run time. Each sample is computed independently, and
-// FMA is off for the whole program, so that the bits are the same on every processor and for every division of the work
-// into rows.
+// For several instruction sets. Samples are independent and FMA is off: the same bits on every processor and in any
+// rows.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -256,27 +239,24 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The active front around a ball: the blocks of samples that a cut may change, the path length of the head at which
-/// each block must be examined again, and the list of groups of samples that carve_due() fills.
+/// Blocks, when to examine them, and the list that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // pointer to the tissue label of the first voxel of the active front
+  const Tissue* tissue;  // label of the front's first voxel
   int stride_x, stride_y;
-  glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
-  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch (the copied tissue)
-  // pointer to the path length at which the first block of the front must be examined again; the other blocks follow
+  glm::ivec3 lo, hi;            // one voxel more on each side
+  glm::ivec3 held_lo, held_hi;  // of the patch
+  // of the first block, then of the others
   float* due;
   int due_x, due_y;
-  float way;    // path length that the head has covered at the end of this sweep
-  float ahead;  // path length, after this sweep, for which the listed groups stay valid; 0: no groups are listed
-  float slip;   // voxels, upper bound of the rounding error of a depth
+  float way;    // at this sweep's end
+  float ahead;  // from there, of listed groups; 0: none listed
+  float slip;   // voxels, rounding of a depth
   int lanes;    // number of samples in a group
-  // The blocks of an active front are divided into parts, each with its own list: the layers of blocks along x belong
-  // to the parts in turn. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part to
-  // which the first layer belongs.
+  // Layers of blocks along x go to the parts in turn. `part`: this one; `first_layer`: part of the first layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // the list to which the groups of samples are added
-  // number of groups of samples found, which may exceed the capacity `room` of the list
+  CutFront::Found* found;  // for the groups
+  // found; may exceed `room`
   int listed, room;
 };
 
@@ -290,9 +270,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row in the ball, at most kInner (3 voxels). `capsule`: true: the largest
-/// depth during the motion; false: the depth at the end of the motion. `ahead`: mask of the samples ahead of A, the
-/// start of the sweep. `u`, `v`: terms of the distance from the ball that are equal for all samples of the row.
+/// In the ball, up to kInner (3 voxels). `capsule`: largest during the motion, otherwise at its end. `ahead`: of A.
+/// `u`, `v`: per row.
 template <bool capsule>
 TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -314,7 +293,7 @@ TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Computes, for eight rows, the terms `u` and `v` of depth_of_eight(), which are equal for all samples of a row.
+/// `u` and `v` of depth_of_eight(), for eight rows.
 template <bool capsule>
 TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -327,8 +306,7 @@ TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Returns the position of a group of samples relative to the moving ball: 0: ahead of it, 1: beside it, 2: behind it.
-/// The result is used only to sort the groups, so that similar groups are processed together.
+/// 0 ahead of the ball, 1 beside, 2 behind; to process similar groups together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -336,9 +314,7 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Cuts all blocks of samples that are due, that is, blocks that must be examined at the head's present path length.
-/// Computes the path length at which each of them is due again. Also lists the groups of samples that may change until
-/// the head has moved by `ahead`.
+/// Blocks due at the present path length, and when next. Lists groups that may change within `ahead`.
 template <bool capsule>
 TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -352,8 +328,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetches the samples of one column of blocks, but only of blocks near the ball's surface. These samples were last
-  // read many cuts ago.
+  // One column, near the ball's surface; last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -393,8 +368,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // A quick test with the sample at the middle of the block. It shows whether the block is far from the
-          // surface, because the field and the depth change by at most one from voxel to voxel.
+          // The middle sample shows if the block is far: field and depth change by at most one per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -431,14 +405,13 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // The slack of a sample is the distance by which the head must still approach it before its depth in the
-            // head exceeds its value. A sample that already has the largest value (kInner) never changes again.
+            // Distance of approach until depth exceeds the value; never at kInner.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
             slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
-            __builtin_prefetch(b.tissue + first);  // loads labels into the cache; the list of groups reads them soon
+            __builtin_prefetch(b.tissue + first);  // the list reads these labels soon
           }
           float slack = least_slack[0];
           for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
@@ -508,8 +481,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups of samples extend
-  // beyond the sweep, and the lists were made when the head was up to one voxel away from its present position.
+  // Beyond the sweep: groups are longer, and lists are from up to a voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

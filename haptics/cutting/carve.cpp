@@ -1,5 +1,4 @@
-// Cuts and fillings in a patch (a dense copy of the distance field around the tool), and the transfer of changes from
-// an old patch to a new one.
+// Cuts and fillings in a patch, and their transfer to a new one.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -18,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Sets each sample of a box to the larger of its values in two fields.
+/// The larger of two fields.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {
@@ -36,10 +35,10 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
-// voxels; if a sample changes, the labels of voxels up to this distance may change
+// voxels from a changed sample, where labels may change
 constexpr int kRelabelled = 1;
 
-/// Updates the labels of a box in which distances changed.
+/// After changed distances.
 bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
   const glm::ivec3 lo = glm::max(glm::max(changed_lo - kRelabelled, patch.filled_lo), patch.lo + 1);
   const glm::ivec3 hi = glm::min(glm::min(changed_hi + kRelabelled, patch.filled_hi), patch.lo + patch.n - 2);
@@ -49,8 +48,7 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Removes tissue and updates the labels. Both kinds of removal (sweeps, and whole voxels) use this function. `make`
-/// writes the distances of the box from a to b, and returns true if any distance changed.
+/// By sweeps or whole voxels. `make` writes distances a to b; true: changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {
@@ -112,8 +110,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // Filling only reduces distances, so all labels that existed before remain valid. Only the new labels are
-  // checked.
+  // Filling only reduces distances: earlier labels stay valid, new ones are checked.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

@@ -42,28 +42,23 @@ namespace typodont::haptics {
 class CutFront;
 class VoxelStamp;
 
-/// Removes the swept head from the patch (the servo's copy of the tissue). Removes the label of a filling from voxels
-/// that become air. Returns the removed volume per tissue in voxels³ (for each voxel, the fraction inside the surface
-/// before the cut minus the fraction after it). Optional results: `changed` becomes true if any sample changed, even if
-/// only a distance in air; `hardened` is the removed volume weighted by each voxel's hardness, which determines the
-/// cost of the cut. `front` is the active front of this patch and tool (the blocks that a cut may change).
+/// From the servo's patch; removed filling loses its label. Voxels³ per tissue, by the fraction inside. Optional:
+/// `changed`: any sample, even in air; `hardened`: volume times hardness, the cut's cost. `front`: of this patch and
+/// tool.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Removes the whole voxels of `stamp`. The other parameters and the result are those of carve() for a Sweep.
+/// Whole voxels of `stamp`; otherwise as for a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 
-/// Adds the filling to the patch (the servo's copy of the tissue). Returns the added volume per tissue in voxels³.
+/// To the servo's patch. Voxels³ per tissue.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// The servo made cuts in `old`, its previous patch, while the carver copied the new `patch` of the same size. This
-/// function adds these cuts to `patch`. In the box lo..hi (voxels, inclusive), each sample becomes the larger of its
-/// distances in both patches. `filled`: true if the box was also filled; then all samples of the box are copied from
-/// `old`, labels included.
+/// Cuts made in `old` while `patch` was copied: in lo..hi (inclusive) the larger distance. `filled`: all samples and
+/// labels from `old`.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
-/// Marks in `patch` the box lo..hi (voxels, inclusive) of cuts, and if `filled` is true also of fillings, as merge()
-/// does, but changes no sample.
+/// The boxes of merge(), without changing a sample.
 void mark_merged(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool filled) noexcept;
 
 }  // namespace typodont::haptics

@@ -1,39 +1,35 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It changes samples
-// as a cut does (a cut raises the stored distances), and sums the removed volume of each tissue.
+// Once per namespace of lane_ops.h. Raises samples and sums the volume per tissue.
 
-/// Raises samples: where `ahead` is set, a sample becomes `depth` (its depth in the head, which the caller has limited
-/// to kInner, 3 voxels) if the depth exceeds both the old value and −kMargin (−3.5 voxels). Returns the new values.
-/// `least` receives the limit that the depth had to exceed; `rises` receives the mask of the raised samples.
+/// To `depth` (limited to kInner, 3 voxels) where `ahead`, above the old value and −kMargin (−3.5). `least`: what it
+/// had to exceed; `rises`: raised ones.
 TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
   return pick(rises, depth, old);
 }
 
-/// Returns the volume that each voxel loses when its distance rises from `was` to `is`, in integer units
-/// (haptics/inside_fraction.h).
+/// From `was` to `is`, in units of haptics/inside_fraction.h.
 TYPODONT_INLINE Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Sums the removed volume of each tissue. As long as the label stays the same, it uses one running sum.
+/// Per tissue, in one running sum while the label stays.
 struct Taken {
   RemovedVolume* removed;
-  GradedSamples graded;  // a copy of removed->graded, so that its pointers can stay in registers
+  GradedSamples graded;  // so that its pointers stay in registers
   Ints units = {};
-  // Sums of (removed volume in integer units × hardness byte). hard_low: sum of the low 16 bits of each product;
-  // hard_high: sum of the other bits.
+  // Units × hardness byte: low 16 bits, and the rest.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// `to` receives the sums. It may be null, but then add() must not be called.
+  /// May be null, without add().
   TYPODONT_INLINE Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }
 
-  /// Adds the removed volume of a whole group of samples. All samples that lose volume have the label `group_label`.
+  /// Of a group with one label.
   TYPODONT_INLINE void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
@@ -44,10 +40,9 @@ struct Taken {
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }
-    if (++groups == 255) close();  // a sample loses at most 2^23 units, so the sum of 255 groups stays below 2^31
+    if (++groups == 255) close();  // at most 2^23 units each: 255 groups stay below 2^31
   }
-  /// Adds the removed volume of the samples `from` .. `to` of a group of samples; their labels may differ. `labels`:
-  /// label of the group's first sample.
+  /// Samples `from` .. `to`, any labels. `labels`: of the first sample.
   TYPODONT_INLINE void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;
@@ -77,7 +72,7 @@ struct Taken {
     label = group_label;
   }
   TYPODONT_INLINE static std::int64_t sum_of_lanes(const Ints& v) {
-    std::int32_t apart[kLanes];  // copy of the lanes of v, so that the sums can stay in a register
+    std::int32_t apart[kLanes];  // so that the sums stay in a register
     std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;

@@ -1,8 +1,6 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It computes the
-// depth of samples in a head. A sample's position is given by its distance rho from the head's axis and its height z
-// along the axis. The depth depends only on the voxel and the pose: the same bits result if pieces of the meridian that
-// cannot be the nearest are left out. If only one piece is left, and the nearest point is between its ends, fewer
-// operations are needed.
+// Once per namespace of lane_ops.h. Depth from rho (from the axis) and z (along it). Only voxel and pose decide:
+// leaving out pieces that cannot be nearest gives the same bits. A single piece, nearest between its ends, takes fewer
+// operations.
 
 TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -13,8 +11,7 @@ TYPODONT_INLINE Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of samples from the nearest of some pieces of the meridian, and a mask of the samples that lie on
-/// the outer side of at least one piece.
+/// Squared, from the nearest of some pieces; outside of at least one.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -22,8 +19,7 @@ struct NearestPiece {
   TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // `along`: position along the line, measured from its first end; `over`: how far this position is beyond the nearer
-    // end, 0 between the ends.
+    // `along`: from the first end; `over`: beyond the nearer end, 0 between.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);
@@ -31,8 +27,7 @@ struct NearestPiece {
   }
   TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // The arc's end b also belongs to the next piece of the meridian, and is examined with that piece. So only the end
-    // a is examined here, which may be the tip.
+    // End b is the next piece's; a may be the tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -51,8 +46,7 @@ TYPODONT_INLINE NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Returns the depth below the nearest of several pieces of the head's meridian. `set`: one bit for each piece of the
-/// head's meridian.
+/// `set`: a bit per piece.
 TYPODONT_INLINE Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

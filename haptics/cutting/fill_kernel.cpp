@@ -1,4 +1,4 @@
-// Applies a ball of filling to the surrounding samples, eight in parallel.
+// Eight samples in parallel.
 #include "haptics/cutting/fill_kernel.h"
 
 #include <algorithm>
@@ -25,16 +25,14 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels; air samples up to this distance from the filling also get the filling's label, so that a query at the surface
-// finds the label
+// voxels from the filling, where air gets its label for queries at the surface
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord of the ball
+constexpr float kSlip = 1e-3f;  // voxels, rounding of a chord
 
-/// Eight samples of a row, one per lane. A sample outside the block gets the value of a completely filled sample, so
-/// that the filling does not change it.
+/// Of a row; outside the block, values that filling does not change.
 struct Lanes {
   float* at;
-  int from, to;  // range of the lanes that lie in the block
+  int from, to;  // lanes in the block
 
   TYPODONT_INLINE bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_INLINE F8 load() const {
@@ -52,10 +50,8 @@ struct Lanes {
   }
 };
 
-/// If the solid that limits the tool's filling is nearer to a sample than the ball's surface, the solid determines the
-/// distance. The solid is evaluated for each sample in the mask `meant`, unless it is far from all eight samples. The
-/// groups of eight samples are aligned with the volume's blocks of 8³ samples, so that the result does not depend on
-/// the block that is filled.
+/// Where the limiting solid is nearer than the ball, it decides, per sample of `meant`, unless far from all eight.
+/// Groups are aligned to the volume's blocks, so results do not depend on the block.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -69,8 +65,7 @@ void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, 
   }
 }
 
-// FMA is off for the whole program and each sample is computed independently. So a sample gets the same bits on every
-// processor and in every block that contains it.
+// FMA is off, samples are independent: the same bits on every processor and in every block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;
@@ -79,7 +74,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  // the added volume: the volume that the reverse change, from the new to the old distances, would remove
+  // what the reverse change would remove
   RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
@@ -116,7 +111,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        // the added volume: the volume that the reverse change (from the new to the old distances) would remove
+        // what the reverse change would remove
         const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label), lanes.at);
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;

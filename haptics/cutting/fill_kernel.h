@@ -1,4 +1,4 @@
-// A ball of filling as plain data, and its effect on a block of samples. Private to haptics.
+// As plain data. Private to haptics.
 #pragma once
 
 #include <cstddef>
@@ -12,29 +12,27 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// A ball of filling. Positions are in voxels, relative to the base voxel (a voxel near the instrument's head).
+/// Voxels from the base voxel near the instrument's head.
 struct FillBall {
   HeadPose head;
-  // pieces of the outline of the shape that no filling may enter: the head, and its path out of the tissue
+  // where no filling may be: head and its way out
   MeridianPiece pieces[HeadField::kMaxPieces];
-  // set of all pieces of the outline that no filling may enter, one bit for each piece
+  // all of these, a bit each
   unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // the filling to which the ball belongs; the kernel reads its limit
+  const Fill* filling;  // whose limit the kernel reads
 };
 
 struct FillBlock {
-  // `first`: first sample of the block, relative to the base voxel (origin of the ball's positions); `size`: number of
-  // samples along each axis
+  // `first`: from the base voxel; `size`: samples per axis
   glm::ivec3 first, size;
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// Adds the filling to a block of samples: reduces each distance to the distance from the filling, if this is smaller
-/// than the old one. Fill::lower() explains the arguments.
+/// The smaller of old distance and filling's; see Fill::lower().
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

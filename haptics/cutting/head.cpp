@@ -18,28 +18,25 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A block of samples, and its position relative to the head.
+/// With its place at the head.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
-  int from[3], to[3];                     // range of the block's samples that are processed, along x, y and z
-  glm::ivec3 first;                       // first sample of the block, relative to the voxel HeadPose::base
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block, stored as its
-  // value at the centre and its three slopes. Such a function exists because heads are convex, so the depth is a
-  // concave function of the position.
+  std::ptrdiff_t at, stride_x, stride_y;  // may lie outside the array
+  int from[3], to[3];                     // processed, per axis
+  glm::ivec3 first;                       // from HeadPose::base
+  // Upper bound of depths, linear: value at the centre and slopes. Heads are convex, so depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // Index of the meridian piece that is nearest to all samples of the block, if the nearest points lie between its
-  // ends. Otherwise kManyPieces plus the set of pieces that can be nearest (one bit each).
+  // Nearest to all samples between its ends; otherwise kManyPieces plus a bit per piece that can be.
   int kind;
-  bool beside;  // true if some samples may have been deeper in the head during the motion than at the motion's end
-  // voxels, smallest distance by which the head approaches a sample of the block during the motion
+  bool beside;  // during the motion deeper than at its end
+  // voxels, least approach to a sample
   float slowest;
 
-  /// Returns the address of the distance of a sample near the block's centre.
+  /// Near the centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block.
+  /// Voxels, in row (ix, iy).
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kDeep - 1) * bound_z, 0.0f);
@@ -48,20 +45,18 @@ struct HeadBlock {
 
 /// Further inputs and results of carve_head_block().
 struct BlockSlack {
-  // voxels, input: path length; a sample is marked in `live` if it may change before the head has moved this far
+  // voxels of path for `live`
   float ahead = 0;
-  float slack = kNoEnd;  // voxels; while the head moves less than this, no processed sample of the block changes
-  // Output, may be null: one number for each row of the column of blocks (y is the fastest index), with one bit per
-  // sample. A bit is 1 if the sample may change.
+  float slack = kNoEnd;  // voxels, until a processed sample can change
+  // Output, may be null: per row of the column (y fastest), a bit per sample that may change.
   std::uint64_t* live = nullptr;
-  int shift = 0;         // index of the bit of the block's first sample, in each of the numbers `live`
+  int shift = 0;         // of the first sample in each of `live`
   bool emptied = false;  // true if a sample became air
 };
 
 }  // namespace
 
-// Kernels for eight samples of a row, one per lane. A mask has the width of the lanes, or one bit per lane on
-// processors with mask registers.
+// One sample per lane; masks as lanes, or a bit each where there are mask registers.
 namespace eight {
 namespace {
 
@@ -69,7 +64,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// These headers are included last, because they use the four headers that are included above them.
+// Last: they use the four above.
 #include "haptics/cutting/head_block_kernel.h"
 #include "haptics/cutting/leaf_block_kernel.h"
 
@@ -97,7 +92,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers that are included above it.
+// Last: it uses the four above.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -108,13 +103,13 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 }  // namespace
 }  // namespace eight_masked
 
-// Kernels for sixteen samples, which are two neighbouring rows of a leaf (8³ samples).
+// Two neighbouring rows of a leaf.
 namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-// This header is included last, because it uses the two headers that are included above it.
+// Last: it uses the two above.
 #include "haptics/cutting/leaf_block_kernel.h"
 
 RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
@@ -128,22 +123,19 @@ RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
 
 namespace {
 
-constexpr int kStretch = 64;  // number of samples of a row that are listed together
-// voxels, upper bound of the error that results if a neighbouring arc of the meridian is treated as a line
+constexpr int kStretch = 64;  // samples of a row, listed together
+// voxels, of taking a neighbouring arc for a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks of samples, one per lane: the distances of the blocks' centres from the head and from each piece of its
-/// meridian, and the direction out of the head.
+/// Per lane: distance from head and each piece, and the direction outwards.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  // frame T of the head: position of the block's centre, its distance rho from the axis, and the outward direction
-  // (n_rho, n_z)
+  // T: centre, rho, and (n_rho, n_z) outwards
   F8 x, y, z, rho, n_rho, n_z;
 };
 
-/// Computes the distances and directions of eight blocks of samples. `R`: rotation from the frame V of the voxels to
-/// the frame T of the head, column by column. The blocks' centres are relative to the head's centre.
+/// `R`: V to T, by column. Centres from the head's.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -187,8 +179,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the block's centre lies on the head's surface, the direction out of the head is undefined, but in this case it
-  // is not needed.
+  // On the surface the direction is undefined, and not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -208,7 +199,7 @@ bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_rai
   return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 }
 
-/// Raises the samples of a block of a leaf (leaf_block_kernel.h).
+/// leaf_block_kernel.h.
 eight::RaisedBlock raise_in_leaf(const HeadPose& pose, const HeadBlock& block) {
   eight::RaisedBlock raised;
 #ifdef TYPODONT_SIXTEEN_LANES
@@ -237,8 +228,7 @@ TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Position of a point relative to a piece of the meridian: its distances from both ends, measured along the piece and
-/// negative beyond an end, and its depth below the piece. T is one float or eight floats.
+/// From both ends along it, negative beyond, and depth below it. T: one or eight floats.
 template <class T>
 TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -252,10 +242,8 @@ TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Tests two neighbouring pieces of the meridian. A piece passes the test if it alone is nearest to all of `count`
-/// samples along z, while the head moves by `ahead`. Returns one bit for each piece, which is 1 if the piece passes.
-/// `first`, `last`: indices of the two pieces, which are equal if there is only one piece. `v`: position of the first
-/// sample relative to the head, in the frame V of the voxels.
+/// A bit per piece that alone is nearest to all `count` samples along z while the head moves by `ahead`. `first`,
+/// `last`: equal for one piece. `v`: first sample, V, from the head.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -284,12 +272,10 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
   return alone;
 }
 
-/// One pose of a sweep and the blocks of samples near it, processed eight at a time.
+/// Blocks near one pose, eight at a time.
 class HeadPass {
  public:
-  /// Begins a pass for the head's pose at the beginning or at the end of its motion. `after`: true if the tissue inside
-  /// the head was already removed at the other of these two poses. `ahead`: path length for which the results must be
-  /// valid.
+  /// At start or end. `after`: the other pose has been cut; `ahead`: path of validity.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -299,8 +285,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds a block of samples, given by its first voxel. Returns true if the pass now contains eight blocks of samples
-  /// and must be evaluated.
+  /// By its first voxel. True: eight, evaluate.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -309,8 +294,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks. After this call, what() tells for each block whether it must be cut, must only be
-  /// examined, or need not be read.
+  /// what() then tells: cut, examine, or leave.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -319,9 +303,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Tries to narrow the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its
-  /// samples. If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`.
-  /// The group begins at `first_voxel`.
+  /// The single piece that is nearest to all of the group from `first_voxel`, or `kind`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -331,25 +313,21 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  /// Returns true if the samples of the block must be read to decide whether the head can change them while it moves by
-  /// `ahead`. `block` is then the part of the block that lies inside the target. Otherwise sets `slack` to the smallest
-  /// motion of the head after which a sample can change.
+  /// True: samples within `block`, its part in the target, must be read to decide for `ahead`. False: `slack`.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return false;
-    // If the head moves along its axis, samples above its end and beside its flank do not change
-    // (Straight::still_above). The test uses the block's centre. Within a block, z and rho + z differ from the values
-    // at the centre by at most kHalf and √2 kHalf.
+    // Along the axis: not above the end beside the flank (Straight::still_above). In a block, z and rho + z differ by
+    // at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
       return false;
     }
     slack = kNoEnd;
-    // If the block was deep inside the head at the other pose of the sweep, the head has already removed the block's
-    // tissue, so the block is empty.
+    // Deep inside at the other pose: already empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -365,15 +343,12 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block need not be read. kLook: the block's samples are read but not raised, because the head moves away
-  // from all of them. kRaise: samples of the block are raised.
+  // kNone: not read; kLook: read, but the head leaves all; kRaise.
   enum class Work { kNone, kLook, kRaise };
-  /// Computes the other members of `block`, for a block of samples for which near() returned true. Returns kNone and
-  /// sets `slack` if no sample of the block can change while the head moves by `ahead`.
+  /// After near(). kNone, with `slack`: nothing can change within `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // A quick test with the sample at the middle of the block. It shows whether the block is far from the surface,
-    // because the field and the depth change by at most one from voxel to voxel.
+    // The middle sample shows if the block is far: field and depth change by at most one per voxel.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -392,8 +367,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head moves away from the whole block, no sample of it can become deeper, so nothing is left to
-      // cut.
+      // The head leaves the whole block: nothing gets deeper.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -411,16 +385,14 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      // the normal n_T, rotated to the frame V of the voxels
+                      // n_T in V
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
-    // If the direction out of the head is unknown, the only known bound is that the depth changes by at most one per
-    // voxel.
+    // Unknown direction: at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // It is enough to examine the nearest piece of the meridian on two conditions: all samples of the block lie between
-    // the ends of this piece, and no other piece is nearer to a sample inside the head.
+    // One piece suffices if all samples lie between its ends and no other is nearer to one inside.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -442,19 +414,17 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // voxels, centres of the eight blocks of samples relative to the head's centre
+  F8 center_[3];  // voxels, from the head's centre
   Seen seen_;
   int lanes_ = 0;
 };
 
-/// Up to eight blocks of samples that must be examined. Sweep::carve_due_blocks() calls look(), choose() and carve() in
-/// this order, so that the samples of one batch are loaded into the cache while another batch is computed.
+/// look(), choose(), carve() in turn (Sweep::carve_due_blocks()): one batch is loaded while another is computed.
 class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// Adds a block of samples; `due` receives the path length at which the block must be examined again. Returns true if
-  /// the batch is full.
+  /// `due`: when next. True: full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -481,8 +451,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the chosen blocks, and stores for each block the path length of the head at which it must be examined again.
-  /// `way`: present path length of the head. `again`: true if the blocks must be examined again at once.
+  /// And when next. `way`: path so far; `again`: at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -490,8 +459,7 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // The slack (motion until a sample can change) of a block that lies only partly in the patch (the copied
-        // tissue) is 0, because nothing is known about its other part.
+        // Partly outside the patch: 0.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -510,8 +478,7 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Returns the kind of a group of samples that spans two neighbouring blocks of samples with the kinds `a` and `b`. The
-/// kind states which pieces of the head's meridian can be nearest to the samples.
+/// Of a group over two blocks of kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -567,7 +534,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       Leaf* leaf;
       float* due;
     } added[8];
-    /// Cuts one of the added blocks of samples, and returns its slack (motion until a sample can change).
+    /// Returns its slack.
     const auto carve_block = [&](int lane, Leaf& leaf) {
       HeadBlock block;
       float slack;
@@ -581,8 +548,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       if (raise && !block.beside && tops.back.still_above == kNoEnd) {
         const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
         leaf.changed |= raised.changed, leaf.emptied |= raised.emptied;
-        if (raised.changed)
-          return 0.0f;  // a raised sample lies at the head's surface, so any motion may raise it again
+        if (raised.changed) return 0.0f;  // at the surface now: any motion may raise it
         raise = false;
       }
       BlockSlack found;
@@ -598,7 +564,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         const float slack = carve_block(lane, *added[lane].leaf);
-        // after the cut at pose A (k = 0), every block must be examined again, because pose B follows
+        // after pose A comes B, so all again
         if (k > 0) *added[lane].due = path + (slack - slip);
       }
     };
@@ -614,9 +580,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
   }
 }
 
-/// Cuts all blocks of one part of the active front that are due, that is, blocks that must be examined at the head's
-/// present path length. Computes the path length at which each of them is due again. Also lists the groups of samples
-/// that may change until the head has moved by `ahead`.
+/// Blocks due in one part of the front, and when next. Lists groups that may change within `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -660,13 +624,11 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0,
-              // because nothing is known about its samples outside.
+              // Partly outside the target: 0.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
-            // After the cut at pose A (k = 0), every block must be examined again at once, because pose B
-            // follows.
+            // After pose A (k = 0) comes B: all at once.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0) continue;
@@ -706,11 +668,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// Cuts those blocks of some parts of the front that must be examined, for a head that is too fast for lists. The
-/// samples around a large head do not fit into the caches near the core. So the blocks pass through three stages, eight
-/// at a time, to hide the delay of the memory. The first stage evaluates the blocks' positions and requests one sample
-/// of each block from memory. The second stage chooses the blocks that may change and requests their rows. The third
-/// stage cuts the rows.
+/// For a head too fast for lists. A large head's samples exceed the near caches, so blocks pass in eights: position and
+/// one sample requested, choice and rows requested, cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
@@ -766,9 +725,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   if (front.outdated() < front.parts()) {
-    // The tables with terms that depend only on z must extend beyond the sweep's box: groups of samples extend to the
-    // ends of their blocks of samples, and the lists were made when the head was up to one voxel away. For a motion
-    // along the axis, the box contains only the head's end, and lists from before this motion extend beyond it.
+    // Beyond the sweep: groups end with their blocks, and lists are from up to a voxel away. Along the axis the box
+    // holds the end only; earlier lists go farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
@@ -776,7 +734,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   }
   CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfHead);
   bool changed = false;
-  unsigned unlisted = 0;  // set of the parts of the active front for which no lists are made; one bit for each part
+  unsigned unlisted = 0;  // without lists, a bit each
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (renewal.keeps(part)) {

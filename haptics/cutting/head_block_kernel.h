@@ -1,10 +1,7 @@
-// This file is included in the namespaces of lane_ops.h with eight lanes, after cut_kernel.h, depth_kernel.h,
-// row_kernel.h and way_kernel.h. It raises the samples of one block of samples to their depth in a head.
+// Once per namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h, way_kernel.h.
 
-/// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin are ignored. kInner: 3 voxels,
-/// kMargin: 3.5 voxels. Returns true if a sample changed. If `may_raise` is false, the function changes nothing and
-/// only computes `found`. Samples that may have been deeper in the head during the motion than at the motion's end are
-/// added to `tops`.
+/// max(old, min(depth, kInner)), without depths below -kMargin (3 and 3.5 voxels). True: changed. `may_raise` false:
+/// only `found`. `tops`: perhaps deeper during the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -34,7 +31,7 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
       const float bound_here = static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y;
       const Floats most = lesser(bound + all(bound_here), inner);
       const Floats least = greater(old, all(-Sweep::kMargin));
-      const Mask full = no_less(old, inner);  // samples that already have the largest value that a cut can write
+      const Mask full = no_less(old, inner);  // at the largest value already
       Floats room = pick(full, no_end, least - most);
       if (any(more(all(looked_at), room))) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
@@ -73,16 +70,14 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // `depth` and `moving` differ only for a motion along the axis. `moving` then treats samples that this motion
-        // does not change as samples outside the head. The list of samples is used only for motions of this kind, so it
-        // is computed from `moving`. The slack (motion until a sample can change) must be valid for every later motion,
-        // so it is computed from `depth`.
+        // Apart along the axis only: `moving` puts what it leaves unchanged outside. The list is for such motions, so
+        // from `moving`; slack is for any later motion, so from `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
-          // loads labels into the cache; the list of groups reads them soon
+          // the list reads these labels soon
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

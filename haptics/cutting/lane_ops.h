@@ -1,6 +1,5 @@
-// Vector operations for the kernels of this folder: eight floats with GCC's vector types (as two halves on processors
-// with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that all
-// processors compute the same bits. Private to haptics/cutting.
+// Eight floats of GCC's vector types (two halves on four lanes), or sixteen with AVX-512. Exact or IEEE-rounded: the
+// same bits everywhere. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +14,7 @@
 #include <immintrin.h>
 #endif
 
-// GCC warns about vector arguments that baseline processors pass differently. Here, all functions are inlined.
+// All is inlined, so how vectors are passed does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -73,15 +72,14 @@ TYPODONT_INLINE Floats root(Floats v) {
 TYPODONT_INLINE Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Returns the low 16 bits of each lane. Negative lanes are not allowed. high_half() returns the other bits.
+/// Of non-negative lanes; the rest: high_half().
 TYPODONT_INLINE Ints low_half(Ints v) {
   return v & 0xffff;
 }
 TYPODONT_INLINE Ints high_half(Ints v) {
   return v >> 16;
 }
-/// Returns the hardness bytes of samples (label.h, hardness.h). For a filled sample, this is the hardness of the
-/// filling. `labels`: null if no sample is filled.
+/// label.h, hardness.h; filled: the filling's. `labels` null: nothing is filled.
 TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
@@ -102,8 +100,7 @@ TYPODONT_INLINE bool every(Mask mask) {
 
 }  // namespace eight
 
-/// Eight floats as two halves, for processors with four lanes, because GCC splits comparisons of wider vectors into
-/// single elements.
+/// Two halves for four lanes: GCC splits comparisons of wider vectors into elements.
 namespace halves {
 
 struct Floats {
@@ -247,10 +244,8 @@ TYPODONT_INLINE unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Defines the vector operations for processors whose masks have one bit per lane instead of full vectors. `V`, `I`:
-// types of a vector of floats and of integers; `P`: prefix of the intrinsics; `COUNT`: number of lanes; `M`: type of a
-// mask. Some operations use masked intrinsics, because GCC 12 warns wrongly about an unused operand of the intrinsics
-// without mask.
+// For mask registers. `V`, `I`: vectors of floats, integers; `P`: prefix of intrinsics; `COUNT`: lanes; `M`: mask. Some
+// are masked, because GCC 12 wrongly warns about the others.
 #define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
   using Floats = V;                                                                        \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \
@@ -331,8 +326,7 @@ namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, __m512i, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
-/// Eight lanes, for groups of at most eight samples: half the work on processors that process sixteen lanes in two
-/// halves.
+/// Eight lanes, half the work where sixteen take two halves.
 namespace eight_masked {
 TYPODONT_MASKED_LANES(__m256, __m256i, _mm256, 8, __mmask8)
 }  // namespace eight_masked

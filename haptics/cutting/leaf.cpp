@@ -1,4 +1,4 @@
-// Cuts by a ball in one leaf (8³ samples) of the tissue.
+// A ball in a leaf.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,14 +11,13 @@
 
 namespace typodont::haptics {
 
-// The kernel is compiled for two halves of four lanes and for sixteen lanes, and selected at run time. Every processor
-// computes the same bits. There is no variant with eight lanes for AVX2. It executes fewer instructions than the two
-// halves, but a drilling tick takes a third longer with it.
+// For two halves of four and for sixteen lanes, the same bits. None with eight for AVX2: fewer instructions, but a
+// third longer for a drilling tick.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses the functions of cut_kernel.h.
+// Last: it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -35,7 +34,7 @@ namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses the functions of cut_kernel.h.
+// Last: it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -65,14 +64,12 @@ Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm
 Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  // voxels, distance from a leaf's centre to its corners: the length of (3.5, 3.5, 3.5), rounded up
+  // voxels, centre to corner: |(3.5, 3.5, 3.5)|, rounded up
   constexpr float kHalf = 6.1f;
-  // outer: voxels, radius of the region in which the sweep changes samples; slip: voxels, largest rounding error of a
-  // depth
+  // voxels: reach of the sweep; rounding of a depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // All samples are farther from the head at B (the end of the sweep) than the length of the sweep. So the head has not
-  // touched them.
+  // Farther from B than the sweep is long: untouched.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

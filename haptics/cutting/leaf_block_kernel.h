@@ -1,19 +1,17 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h
-// and depth_kernel.h. It raises the samples of one block of samples in a leaf of the tissue to their depth in a head.
+// Once per namespace of lane_ops.h, after cut_kernel.h and depth_kernel.h. Blocks of a leaf.
 
-/// Result of raise_leaf_block(). `emptied`: true if a sample became air.
+/// `emptied`: a sample became air.
 struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Does the same as carve_head_block() for a whole block of samples in a leaf, but counts no volume and computes no
-/// slack (motion until a sample can change). Only for motions during which no sample was deeper in the head than at the
-/// end. `depth_of(rho, z)` returns the depth of samples at the distance rho from the head's axis and the height z.
+/// carve_head_block() for a whole block of a leaf, without volume and slack. Only where nothing was deeper than at the
+/// end. `depth_of(rho, z)`.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
   static_assert(n == kDeep && kGroups * kTogether == kRows);
-  // Neighbouring rows along y follow each other in the leaf, so a group of samples may contain two of them.
+  // Rows along y follow each other: a group may hold two.
   struct Lanes {
     Floats x, y, z, bound;
   };
@@ -63,8 +61,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// Raises the samples of a block of a leaf like the other raise_leaf_block(), and uses the pieces of the meridian that
-/// the block's `kind` states.
+/// With the pieces of the block's `kind`.
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);
@@ -73,7 +70,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
           return depth_below_pieces(block.pieces, set, rho, z);
         });
   }
-  // a copy; the compiler then knows that writing samples does not change it
+  // a copy, which writing samples does not change
   const MeridianPiece piece = block.pieces[block.kind];
   if (piece.radius == 0.0f) {
     return raise_leaf_block(

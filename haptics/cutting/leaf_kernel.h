@@ -1,13 +1,10 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
-// It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
+// Once per namespace of lane_ops.h, after cut_kernel.h. A ball in a leaf.
 
-/// Centres of the groups of a leaf, relative to the leaf's first sample. A group is the set of kLanes samples that one
-/// vector contains: one or two neighbouring rows of a plane of constant x. The third coordinate is always 3.5.
+/// From the leaf's first sample. kLanes samples: one or two rows along y at constant x; third coordinate 3.5.
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
-  // voxels, distances from the centre of a group to its outermost samples along y and along z, and the square of their
-  // distance in any direction (rounded up)
+  // voxels, to the outermost samples along y and z, and their squared distance, rounded up
   static constexpr float kHalfY = 0.5f * (kRowsTogether - 1), kHalfZ = 3.5f, kHalf2 = 12.51f;
   alignas(64) float x[kCount], y[kCount];
   constexpr LeafGroups() : x(), y() {
@@ -20,20 +17,17 @@ struct LeafGroups {
 };
 constexpr LeafGroups kLeafGroups;
 
-/// Returns a mask of the groups of a leaf that may contain samples which the sweep raises. The kernel omits the other
-/// groups: those that are too far from the ball, completely behind A (the start of the sweep), or completely inside the
-/// ball at A, where an earlier cut has already written the largest value kInner.
+/// Not too far, not behind A, not inside the ball at A, where kInner is written.
 TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
   constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
-  // The last terms of `reach`, `inner` and `ahead` exceed all rounding errors.
+  // Last terms exceed all rounding.
   const float reach = c.radius + Sweep::kMargin + length + 1e-2f, inner = c.radius - Sweep::kInner - 1e-2f;
   const float ahead = std::abs(c.aby) * kHalfY + std::abs(c.abz) * kHalfZ + 1e-3f * length;
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
               pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  // If d is the vector from the ball's centre to the group's centre, the squared distances of the group's samples from
-  // the ball's centre differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and upwards by kHalf2 more.
+  // Squared distances differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and kHalf2 more upwards.
   const Floats least_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
   const Floats hole2 =
@@ -51,13 +45,11 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   return near;
 }
 
-/// Raises the samples of a leaf (8³ samples). `capsule`: false if the ball moves so little (Sweep::is_ball) that its
-/// end position alone is accurate enough.
+/// `capsule` false: the end is accurate enough (Sweep::is_ball).
 template <bool capsule>
 TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
-  // The terms of the samples' distance from the ball that depend only on y or only on z. A group consists of one or two
-  // neighbouring rows along z, so the z terms are equal in all groups.
+  // By y or z only. Groups are one or two rows, so z terms agree.
   float y_along[n], y_apart[n];
   alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
@@ -85,8 +77,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     along_x[x] = px * c.abx;
     apart_x[x] = capsule ? px : qx * qx;
   }
-  // Calls visit(position of the first sample, depths, mask) for the samples of a group. The mask marks the samples
-  // ahead of A, the start of the sweep.
+  // visit(first sample's position, depths, mask of those ahead of A).
   const auto visit_group = [&](int group, const auto& visit) __attribute__((always_inline)) {
     const int x = group / kInPlane, i = group % kInPlane;
     const Floats dot = (all(along_x[x]) + along_y[i]) + along_z;
@@ -112,13 +103,11 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // A raised sample lies at the head's surface, so any motion may raise it again. So its slack (the motion until it can
-  // change) is 0.
+  // At the surface now: slack 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   const auto take_slack = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // slack: how far the head must still approach before the sample changes; a sample that has the largest value,
-    // kInner (3 voxels), never changes
+    // approach until it changes; never at kInner (3 voxels)
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   };

@@ -11,15 +11,14 @@
 
 namespace typodont::haptics {
 
-// Compiled for each vector width and chosen at run time. Each sample is computed independently, volumes are counted in
-// integer units, and FMA is off for the whole program, so that every processor gives the same bits.
+// Per vector width. Samples are independent, volumes integers, FMA off: the same bits.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers that are included above it.
+// Last: it uses the three above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -42,7 +41,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers that are included above it.
+// Last: it uses the three above.
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -66,7 +65,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers that are included above it.
+// Last: it uses the three above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -88,7 +87,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers that are included above it.
+// Last: it uses the three above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -129,8 +128,7 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // A part of a list often contains only narrow groups (only the first 8 samples of such a group can change), or only
-    // wide groups. In this case, the kernel for the other width is not called.
+    // Often all groups of a part are narrow, or none: the other kernel is not called.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

@@ -1,5 +1,4 @@
-// Cuts the groups of samples in the lists of the active front (CutFront). Most cuts change only these samples. Private
-// to haptics/cutting.
+// The lists of the active front (CutFront), all that most cuts change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +15,7 @@
 
 namespace typodont::haptics {
 
-/// A moving ball as plain data, in voxels relative to a nearby voxel: its start A, its motion from A to B, and its
-/// radius. `continues`: true if the previous sweep ended at A.
+/// Voxels from a nearby voxel: A, A to B, radius. `continues`: the last sweep ended at A.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -25,23 +23,20 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut by a ball, and the active front of its patch (samples that cuts can change, CutFront), as plain data.
-/// Positions are relative to the first voxel of the front's first block of samples.
+/// As plain data. Positions from the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  // position of the first block's first voxel, relative to the voxel that is the origin of the positions in `c`
+  // from the origin of `c`
   glm::ivec3 origin;
-  float* distance;  // pointer to the distance of the sample at the origin
-  struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
-    // If the sweep is a capsule: voxels, distance of the sample from A (the start of the sweep) along z. Otherwise, if
-    // the ball at B (the end) covers everything ahead of A: voxels², squared distance from B along z.
+  float* distance;  // at the origin
+  struct {          // by z
+    // Capsule: voxels along z from A; if B covers all ahead of A: voxels², squared from B along z.
     float* apart;
-    // voxels², distance from A (the start of the sweep) along z, multiplied by the z component of the motion
+    // voxels², along z from A × motion's z
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // Ranges of the groups that may change in this cut. There are three ranges: groups ahead of the ball, beside it, and
-  // behind it.
+  // Ahead of the ball, beside, behind.
   struct Ranges {
     int count;
     struct {
@@ -50,13 +45,13 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// A cut by a head that is not a ball, and the active front of its patch (samples that cuts can change), as plain data.
+/// For other heads, as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the voxel HeadPose::base
+  glm::ivec3 origin;  // from HeadPose::base
   float* distance;
-  // for each z coordinate of a sample: the z-dependent terms of the sample's coordinates x, y, z in the head's frame T
+  // per z: its terms of x, y, z in T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;
@@ -64,8 +59,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples at the start of a group have the same label (at most `lanes`). Air samples whose voxels
-/// contain no tissue match every label.
+/// At a group's start, at most `lanes`. Empty air matches all.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;
@@ -86,8 +80,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// These functions cut the listed groups of samples. They return true if a sample changed, and add the removed volume
-/// to `removed`.
+/// True: changed; volume to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

@@ -1,19 +1,17 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
-// of samples in the lists of the active front (haptics/cut_front.h).
+// Once per namespace of lane_ops.h. The lists of haptics/cut_front.h.
 
-constexpr int kChunk = 128;  // number of groups of samples that are processed together
-// number of groups between the group that is being processed and the group that is being prefetched
+constexpr int kChunk = 128;  // groups together
+// groups ahead, for prefetching
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_INLINE void fetch(const float* group) {
   __builtin_prefetch(group);
-  // also prefetches the end of the group, because a group usually spans two cache lines
+  // its end too: mostly two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads for several groups (one per lane) how many of their first samples may change. Returns true if all samples of
-/// these groups may change.
+/// Per lane, how many may change. True: all of all.
 TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -22,15 +20,12 @@ TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// For each of kChunk groups of samples: the terms of a sample's distance from the ball that are equal for all samples
-/// of the group.
+/// Terms of kChunk groups, equal within each.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Cuts the groups of samples one by one. `capsule`: false if the distance from the ball at the end of its motion is
-/// accurate enough. `ahead`: true if all samples of the groups lie ahead of A, the start of the sweep. `whole`: true if
-/// all samples may change. If `ahead` or `whole` is true, the test of each sample for this condition is omitted.
+/// `capsule` false: the end is accurate enough. `ahead`, `whole`: all samples are ahead of A, may change; no test then.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -66,7 +61,7 @@ TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  // voxels, upper bound of the rounding error of a sample's distance from the plane through A, the start of the sweep
+  // voxels, rounding against the plane through A
   constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
@@ -89,7 +84,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      // the values of these samples cannot increase, because they lie behind A (the start of the sweep)
+      // behind A: cannot increase
       if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
@@ -103,8 +98,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
-/// other groups. Returns true if a sample changed.
+/// Narrow groups (only eight samples can change), or the others. True: changed.
 template <bool capsule>
 TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -117,10 +111,7 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(), which finds the samples that may have been deeper in the head during the motion than at
-/// its end. way_rho, way_z: components of a sample's path away from the axis and along it, both multiplied by the
-/// sample's distance rho from the axis. least: depth that must be exceeded. Each of the next structs computes the depth
-/// below one kind of meridian piece.
+/// For may_be_deeper(): way × rho, away from the axis and along it; least depth. Depth below one kind of piece each.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -133,8 +124,7 @@ struct BelowLine {
     return below;
   }
 };
-/// Computes the depth below a line perpendicular to the axis, which is the end of many heads. This depth does not
-/// depend on the distance from the axis.
+/// Perpendicular to the axis, many heads' end: rho does not matter.
 struct BelowEnd : BelowLine {
   TYPODONT_INLINE Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -149,7 +139,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Computes the depth of samples below one or two pieces of the meridian, including the ends of the pieces.
+/// One or two pieces, with their ends.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -172,9 +162,7 @@ struct BelowEnds {
     return below;
   }
 };
-/// Computes the depth of samples in the end of a drill that moves along its axis, for samples to which the flat end,
-/// the rim (the edge between end and flank) or the flank is nearest. Only for samples that this motion can cut, the
-/// result has the same bits as that of the general method, BelowAny.
+/// Along the axis: end, rim or flank nearest. The bits of BelowAny only for samples that this can cut.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -198,23 +186,18 @@ struct BelowAny {
   }
 };
 
-/// Data of kChunk groups of samples (rows along z), in the head's frame, in voxels. x, y, z: the part of a sample's
-/// position that is equal for all samples of the group; the other part depends on the sample's z coordinate in the
-/// volume. way_x, way_y, way_z: path of the group's first sample relative to the head, while the head moves back to its
-/// previous pose.
+/// kChunk groups, T, voxels: what z does not change, and the first sample's way back to the last pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// Motion of the head relative to groups of samples, evaluated at the middle of each group.
+/// At each group's middle.
 struct HeadSides {
-  // voxels. half: half the length of a group of samples, which is a segment along z. off: upper bound of the component
-  // of this half length perpendicular to the head's axis.
+  // voxels: half a group along z; its part across the axis
   float half, off;
-  float across;  // voxels, upper bound of the motion's component perpendicular to the head's axis
-  // Voxels. bend: difference of the motion between adjacent samples of a group of samples, as a vector. turned: upper
-  // bound of the difference between the motion of a group's middle and the motion of the group's samples.
+  float across;  // voxels, across the axis
+  // Voxels. bend: between neighbours; turned: between middle and samples, at most.
   float bend[3], turned;
 
   TYPODONT_INLINE HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -231,8 +214,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
-  /// in the head during the motion than at the motion's end.
+  /// A bit per group: perhaps deeper during the motion.
   TYPODONT_INLINE unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -244,8 +226,7 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for all directions
-    // that occur in the group.
+    // Away from the axis differs per sample: for all directions in the group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -255,8 +236,7 @@ struct HeadSides {
   }
 };
 
-/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper in the head
-/// during the motion than at the motion's end.
+/// `beside`: perhaps deeper during the motion.
 template <bool beside, class Below>
 TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -297,7 +277,7 @@ TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Cuts consecutive groups of samples for which the same pieces of the head's meridian are nearest.
+/// Of the same pieces.
 template <class Below>
 TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
@@ -305,8 +285,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // In a motion along the axis (still_above is then below kNoEnd), no sample is deeper during the motion than at its
-  // end.
+  // Along the axis (still_above below kNoEnd), never.
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
@@ -341,8 +320,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
-/// other groups. Returns true if a sample changed.
+/// Narrow groups (only eight samples can change), or the others. True: changed.
 TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
@@ -354,8 +332,7 @@ TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece of the meridian is the head's end. In a motion along the axis, a sample can change only if this
-    // piece is the nearest to the sample.
+    // The end, which alone cuts along the axis.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

@@ -1,5 +1,4 @@
-// Data of a head that is not a ball, for the kernels: the pieces of its meridian (outline) as floats, and a pose.
-// Private to haptics/cutting.
+// Heads other than balls: meridian as floats, and pose. Private to haptics/cutting.
 #pragma once
 
 #include <cstddef>
@@ -11,30 +10,26 @@
 
 namespace typodont::haptics {
 
-/// A piece (line or arc) of the meridian as floats: HeadField::Piece with its outward normals at both ends; for a line
-/// also its length.
+/// HeadField::Piece with outward normals at both ends; a line's length.
 struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
-  // For the corners at the two ends of the piece (a and b): tan(φ/2), where φ is the angle between the normals of this
-  // piece and of the neighbouring piece at the common corner.
+  // Corners a and b: tan(φ/2), φ between the neighbouring normals.
   float corner_a, corner_b;
 };
-// The kind of a group of samples states which pieces of the meridian can be nearest to the samples. A kind below this
-// value is the index of a single smooth piece. Any other kind is this value plus a set of pieces (one bit each).
+// Below: one smooth piece that is nearest. From there: plus a bit per piece that can be.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// A pose of the head, in voxels relative to `base`. `base` is a voxel near the head, so that floats are precise
-/// enough.
+/// Voxels from `base`, near enough for floats.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // voxels, position of the head's centre relative to `base`
-  float R[9];  // rotation from the frame V of the voxels to the frame T of the head, column by column
+  float p[3];  // voxels, head's centre from `base`
+  float R[9];  // V to T, by column
 };
 
-/// A box of samples from which a head removes tissue.
+/// From which a head removes.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -42,7 +37,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels, a value for the slack (motion until a sample can change) that means "never"
+// voxels of slack: never
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -9,8 +9,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// voxels; air samples up to this distance from the body also get the body's label, so that a query at the surface finds
-// the label
+// voxels from the body, where air gets its label for queries at the surface
 constexpr float kLabelled = 1;
 
 }  // namespace

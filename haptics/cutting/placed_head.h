@@ -1,4 +1,4 @@
-// Adds a body with the shape of a tool's head to the tissue, for example an implant.
+// A tool's head added as tissue, for example an implant.
 #pragma once
 
 #include <cstddef>
@@ -11,25 +11,23 @@
 
 namespace typodont::haptics {
 
-/// Adds the shape of a tool's head at one pose to the tissue, as Fill adds a ball. It is used for an implant that stays
-/// in the bone. Carver thread only.
+/// As Fill adds a ball; for implants that stay. Carver thread.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// First and last voxel of the box that contains all voxels within Sweep::kMargin (3.5) voxels of the head.
+  /// Voxels within Sweep::kMargin (3.5) of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Adds the body to a block of samples: reduces each distance to the distance from the body, if this is smaller than
-  /// the old one. Fill::lower() explains the arguments.
+  /// The smaller of old distance and body's; see Fill::lower().
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 
  private:
   HeadField head_;  // lengths in voxels
   Tissue label_;
-  Pose X_TV_;  // pose of the voxel frame V in the head's frame T; positions in voxels
+  Pose X_TV_;  // V in T; voxels
   glm::ivec3 lo_, hi_;
 };
 

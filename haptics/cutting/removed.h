@@ -1,5 +1,4 @@
-// The volume that a cut removes, and the sum of this volume times hardness for tissue whose hardness differs from
-// voxel to voxel.
+// Volume of a cut, and times hardness where that differs by voxel.
 #pragma once
 
 #include <array>
@@ -13,25 +12,24 @@
 
 namespace typodont::haptics {
 
-/// Samples of a patch (copied tissue) with hardness per voxel; a sample has the same index in all three arrays.
+/// Same index in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;          // labels of the samples; null: no sample is filled
-  const std::uint8_t* hardness = nullptr;  // null if the tissue has no hardness per voxel
+  const Tissue* tissue = nullptr;          // null: nothing filled
+  const std::uint8_t* hardness = nullptr;  // null: no hardness per voxel
 
-  /// Returns the hardness byte of a sample. If a filling covers the sample, returns the hardness byte of the filling.
+  /// Filled: the filling's.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }
 };
 
-/// The volume that a cut removed, summed by the kernels while they cut.
+/// Summed while cutting.
 struct RemovedVolume {
-  // voxels³, sum over the voxels of the fraction inside the surface before the cut minus the fraction after it
+  // voxels³, by the fraction inside
   PerTissue volume{};
-  GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
-  // Removed volume times hardness. The unit of the volume is 2⁻²³ voxel (inside_fraction.h), and the hardness is a byte
-  // (1 to 255). The sums are integers, so they do not depend on the order of the samples.
+  GradedSamples graded;  // input; without, `hardened` stays zero
+  // 2⁻²³ voxel (inside_fraction.h) × byte (1 to 255): integers, so order does not matter.
   std::array<std::int64_t, kTissueCount> hardened{};
 
   /// Adds the removed volume `units` of one sample.

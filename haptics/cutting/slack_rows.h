@@ -1,6 +1,5 @@
-// Stores the slack of the samples in a column of blocks: the distance that the head must move before a sample can
-// change. The path for which a list of groups of samples is valid is divided into stages. This file also computes the
-// first stage in which a group can change. Private to haptics/cutting.
+// Slack of a column of blocks, and the first stage of a list's path in which a group can change. Private to
+// haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +11,16 @@
 
 namespace typodont::haptics {
 
-/// The slack of the samples of 16 rows. The slack of a sample is the distance (voxels) by which the head must approach
-/// it before it can change.
+/// Of 16 rows. Voxels of approach until a sample can change.
 class SlackRows {
  public:
-  static constexpr int kStretch = 64;  // number of samples of a row that are listed together
+  static constexpr int kStretch = 64;  // samples of a row, listed together
 
-  /// Stores the slack (motion until a sample can change) of eight samples of a row.
+  /// Of eight samples.
   TYPODONT_INLINE void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// Returns the smallest slack (motion until a sample can change) among sixteen samples of a row, from index z on.
-  /// Only samples that are marked in `which` count, because the slack of other samples may not have been stored.
+  /// Least of sixteen from z, in `which`: others may not be stored.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -39,15 +36,14 @@ class SlackRows {
   }
 
  private:
-  // number of samples per stored row; larger than kStretch, because a group may extend beyond the listed samples
+  // per row; above kStretch: a group may go beyond
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// A list of groups of samples is valid while the head moves by `ahead` (voxels). This motion is divided into
-/// CutFront::kStages equal stages. Returns the first stage in which a group of samples with this slack can change.
+/// Of CutFront::kStages over `ahead` (voxels), the first that reaches this slack.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr float kCleared = 0.5f;  // voxels, distance that a removed voxel gets; the voxel then is completely air
+constexpr float kCleared = 0.5f;  // voxels, of a removed voxel: all air
 
 }  // namespace
 

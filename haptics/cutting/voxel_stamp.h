@@ -1,5 +1,4 @@
-// Removes whole voxels: every voxel whose centre lies in the head becomes air. Used as a reference, with which cuts by
-// Sweep are compared.
+// Voxels whose centres are in the head become air: a reference for Sweep.
 #pragma once
 
 #include <cstddef>
@@ -12,25 +11,22 @@
 
 namespace typodont::haptics {
 
-/// The voxels that a head removes at one pose. The servo's patch and the carver's volume both use carve(), so that
-/// they contain the same bits.
+/// At one pose. Patch and volume use carve(), so bits agree.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// First and last voxel of the box of voxels around the head.
+  /// Around the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Clears a block of voxels: those whose centres lie in the head become air. `lo`, `size`: first voxel and number of
-  /// voxels along each axis; z is the fastest index, strides in samples. If `removed` is given, adds to it the removed
-  /// volume per tissue in voxels³. Returns true if any voxel changed. Any thread.
+  /// `lo`, `size`: voxels; z fastest, strides in samples. `removed`: voxels³ per tissue. True: changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
  private:
   HeadField head_;  // lengths in voxels
-  Pose X_TV_;       // pose of the voxel frame V in the head's frame T; positions in voxels
+  Pose X_TV_;       // V in T; voxels
   glm::ivec3 lo_, hi_;
 };
 

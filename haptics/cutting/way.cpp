@@ -1,7 +1,5 @@
-// Computes cuts along the path of a head that is not a ball. A head is convex, so the depth of a sample is a concave
-// function of its position. During a short motion, a sample moves along a straight line in the head's frame. So its
-// depth along the path is a concave curve with a single maximum, which a search finds. After a long motion, the search
-// runs for all samples; after a short one, only for those that may have been deeper than at the end.
+// Heads other than balls, along their path. Heads are convex: a sample's depth along its line in T is concave with one
+// maximum. Searched for all samples after a long motion, otherwise where it may exceed the end's.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -30,20 +28,17 @@ namespace {
 
 namespace {
 
-// Limit of the tangent of half the angle between the normals at a corner of the head's outline. At a sharper corner,
-// the depth is not computed from one line alone.
+// tan of half a corner's angle, beyond which no single line decides
 constexpr float kRightAngle = 1.001f;
-constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
-// voxels, upper bound of the error that results if the path of a block's centre is used for all samples of the block
+constexpr int kSteps = 24;  // steps; almost always below ten
+// voxels, of the centre's path for a block
 constexpr float kBesideSlip = 0.5f;
 
-/// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
-/// that are nearer than `far` (voxels) to the head's axis. `off`: x and y coordinates of the blocks' centres, relative
-/// to a point of the axis. `height`: z coordinate of this point of the axis, minus the offset of a block's centre from
-/// its first sample. Returns false if no block of samples remains.
+/// z range of a column within `far` (voxels) of the axis. `off`: centres from a point of the axis; `height`: its z less
+/// centre to first sample. False: none.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z; a: unit vector of the head's axis
+  // |d|² - (d·a)² <= far² with d = (off, z), quadratic in z; a: axis
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -69,7 +64,7 @@ TYPODONT_INLINE Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// Returns for eight samples at the positions `from` the vectors from the start to the end of their paths.
+/// Of eight samples from `from`.
 TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
@@ -77,7 +72,7 @@ TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
 }
 
-/// Returns for eight samples at the positions `from` the second-order terms of their paths (Straight::bend_turn).
+/// Straight::bend_turn, of eight samples.
 TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
   const float* const T = way.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
@@ -85,21 +80,18 @@ TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
 }
 
-/// Depths in the head of eight samples at one point of their paths, and the derivatives of the depths along the paths.
+/// Of eight, with derivatives along the paths.
 struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depths of eight samples on their paths, with the tolerance kTop. The search for a sample ends
-/// early if its largest depth is certainly at most `needed`, or certainly above `most`. The depth along the path is a
-/// concave curve, so it lies below its tangents, and the intersection of the tangents on both sides of the maximum is
-/// an upper bound. The search evaluates two kinds of points alternately: this intersection, which is exact if the curve
-/// has a corner there, and the maximum of a parabola.
+/// Within kTop. Ends early below `needed` or above `most`. Concave: below its tangents, whose intersection bounds it.
+/// Alternates this point, exact at a corner, and a parabola's maximum.
 struct Search {
-  unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
-  // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
+  unsigned set;  // can be nearest on this path, a bit each
+  // T: starts, ways, second-order terms
   Points from, way, bend;
-  // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
+  // 0..1: between a and b, now at s
   F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
@@ -127,7 +119,7 @@ struct Search {
     }
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
-  /// Returns the outward normal at the fraction `fraction` of the path, in the head's frame.
+  /// At `fraction`, T.
   TYPODONT_INLINE Points normal(const Straight& head, const F8& fraction) const {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -135,8 +127,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins the search at the fraction `fraction` of the path. x, y, z: positions of the samples, in voxels relative to
-  /// HeadPose::base of the path's first pose.
+  /// From `fraction`. x, y, z: voxels from HeadPose::base of the first pose.
   TYPODONT_INLINE void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float fraction, float most) {
     set = pieces;
@@ -155,9 +146,7 @@ struct Search {
   TYPODONT_INLINE void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // Each lane is decided separately. `before`: the point s lies in front of the maximum, so it becomes the new limit
-    // a. `after`: it lies behind the maximum, so it becomes b. If the depth still increases towards an end of the path
-    // (s is 0 or 1), the maximum is at that end.
+    // Per lane: s before the maximum becomes a, after it b. Still increasing at an end: there.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -171,18 +160,15 @@ struct Search {
   }
 };
 
-/// The point of its path at which each of eight samples is deepest: the fraction 0..1 of the path, and the samples'
-/// positions and depths there.
+/// Deepest: fraction 0..1, position, depth.
 struct Deepest {
   F8 fraction;
   Points at;
-  F8 rho, below, depth;  // voxels; below: z relative to the flank's lower end for a sample below this end, otherwise 0
+  F8 rho, below, depth;  // voxels; below the flank's lower end, otherwise 0
 };
 
-/// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
-/// a round end, the round end is included: the depth is then the radius minus the distance from a half-line on the
-/// axis. The squared distance from the axis, and that from the centre of the round end, are quadratic along the path,
-/// so their minima have a closed form.
+/// Below a line; with the round end for a cylinder's flank: radius minus distance from a half-line. Squared distances
+/// are quadratic along the path: closed form.
 TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
   const Points way = paths_from(head, from);
@@ -191,8 +177,7 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
            B = from.x * way.x + from.y * way.y;
   F8 s = -B / A;
   if (line.naz != 0.0f) {
-    // The depth is -nax rho - naz z plus a constant, where (nax, naz) is the line's normal. rho² = A t² + C, where t is
-    // the fraction of the path measured from the smallest rho.
+    // -nax rho - naz z + constant for normal (nax, naz); rho² = A t² + C, t from the smallest rho.
     const F8 rises = -line.naz * way.z, steepest = line.nax * line.nax * A - rises * rises;
     const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
     const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
@@ -201,17 +186,14 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   s = eight::greater(eight::lesser(s, one), none);
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
-    // The distance from a half-line is convex along the path. So if the path comes closest to the centre of the round
-    // end at a point of the path that lies below this centre, this point is the result. Otherwise it is the point at
-    // which the path comes closest to the axis.
+    // Convex: nearest to the round end's centre if that is below it, otherwise nearest to the axis.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The maximum was located on the straight line instead of the curved path, so its location has a small error. Near a
-  // maximum the depth hardly changes, so this error has no first-order effect on the depth.
+  // Located on the straight path, with a small error; at a maximum it has no first-order effect.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -227,20 +209,16 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   return found;
 }
 
-/// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
-/// concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper bound of the
-/// depths of all samples of a block.
+/// Largest depths of eight centres; concave, so a linear bound holds for their blocks (n_x, n_y, n_z).
 struct Centres {
-  unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
-  // Input: two limits of the depth. The samples of a block need not be computed one by one if none of them is deeper
-  // than `outside`, or if all of them are deeper than `emptied`.
+  unsigned set;  // input: can be nearest on the path
+  // Input: no sample deeper than `outside`, or all than `emptied`, need not be computed.
   float outside, emptied;
-  F8 x, y, z;    // voxels, positions of the centres, relative to HeadPose::base of the path's first pose
-  F8 best, top;  // lower and upper bound of the largest depth of each centre
-  // Vector n out of the head. A sample at the offset d (voxels) from a block's centre is, up to rounding and the
-  // head's rotation, at most `top` − n · d deep in the head.
+  F8 x, y, z;    // voxels from HeadPose::base of the first pose
+  F8 best, top;  // of the largest depth
+  // n outwards: at offset d (voxels) at most `top` − n · d, up to rounding and rotation.
   F8 n_x, n_y, n_z;
-  F8 fraction;  // fraction of the path at which the centres are deepest
+  F8 fraction;  // of the path, deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -250,8 +228,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // The depth lies below both tangents, at a and at b, and therefore also below each weighted mean of the two. The
-  // weights are chosen so that the mean is constant along the path.
+  // Below both tangents, so below their means; the weights make it constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -265,8 +242,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Computes the same bounds of the depth as look_at(), but in closed form. Only for blocks in which a single segment of
-/// the head's meridian, the one with the index `line`, determines the depth.
+/// look_at() in closed form, where line `line` alone decides.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_line(const Straight* way_at, Centres* centres, int line) {
   const Straight& way = *way_at;
@@ -289,21 +265,17 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
   centres->fraction = found.fraction;
 }
 
-/// Data of the centres at the beginning of the path: their depths in the head, and their distances from each piece of
-/// the head's meridian.
+/// At the start: depths, and distances from each piece.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // Index of a line of the meridian; -1: no such line. On the whole path, this line alone determines the depths of all
-  // samples of the block, if depths above Sweep::kInner count as Sweep::kInner.
+  // Alone decides all depths of the block on the path, up to Sweep::kInner; -1: none.
   int line[8];
-  F8 rho;  // voxels, distances of the centres from the head's axis
-  // Mask of the blocks for which the head moves away from every sample. The depth is concave along the path, so each
-  // sample of such a block is deepest at the start of the path.
+  F8 rho;  // voxels from the axis
+  // The head leaves every sample: deepest at the start, by concavity.
   I8 recedes;
 
-  /// Returns the pieces of the head's meridian (one bit each) that can be nearest to a sample within `reach` of the
-  /// centre's initial position.
+  /// Within `reach` of the centre's start, a bit each.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -322,13 +294,11 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes for eight centres at once. For this, the function computes a lower bound of n·w, where n
-/// is the head's normal and w the motion. `rounding`: voxels, rounding error of a path's component along a normal.
+/// AtStart::recedes by a lower bound of n·w. `rounding`: voxels, of a path's component along a normal.
 TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
-  // Finds the first and the last of the neighbouring meridian pieces that can be nearest to a sample of the block, and
-  // the normals of these two pieces.
+  // First and last that can be nearest, with their normals.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -345,8 +315,7 @@ TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float roundi
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // Computes the smallest component of the motion w away from the head's axis, over all points within kHalf (half a
-  // block's diagonal) of the centre.
+  // Least w away from the axis, within kHalf of the centre.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -355,14 +324,13 @@ TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  // Largest n·(-w), where n is a normal of the head and w the motion. Its negative is the smallest n·w.
+  // Largest n·(-w), the negative of the smallest n·w.
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= way.turned * kHalf + rounding;
 }
 
-/// Computes AtStart::line for eight centres: the line that alone determines the depths of a block, if there is one.
-/// Within a block, a depth differs from the depth at the centre by at most kHalf. A depth below a line is concave along
-/// the path, so it is smallest at an end of the path.
+/// AtStart::line. Depths in a block differ from the centre's by at most kHalf; below a line they are concave, so
+/// smallest at an end of the path.
 TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(way, at.at);
@@ -374,7 +342,7 @@ TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
     const MeridianPiece& line = way.pieces[i];
     const bool round = has_round_end(way.pieces, i);
     if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
-    // positions along the line, measured from its two ends
+    // along the line, from both ends
     const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
     const F8 room = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
     I8 alone = from_b > room + Sweep::kInner * line.corner_b;
@@ -391,14 +359,12 @@ TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Computes the distance of each centre from each piece of the meridian. The function is called only if at least one of
-/// the eight centres is inside the head, because for most blocks none is inside.
+/// Only if a centre is inside the head, which is rare.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // For the kernel, an arc's second end belongs to the next piece of the head's meridian. Therefore the kernel does
-    // not compute the distance from the second end of this piece, and it is computed here.
+    // An arc's second end is the next piece's; here it is needed.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -407,9 +373,7 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   find_lines(way, *found);
 }
 
-/// Returns the smallest depth in the head that a sample of the block has at the beginning of the path. `first`: first
-/// sample of the block, relative to HeadPose::base of the path's first pose. Depth is concave, so it is smallest at a
-/// corner of the block.
+/// Of the block, at the start; concave, so at a corner. `first`: from HeadPose::base of the first pose.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -425,40 +389,36 @@ float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   return least;
 }
 
-/// A block, the part of it that is processed, and bounds of the depth, computed at the block's centre.
+/// Its processed part, and bounds at the centre.
 struct WayBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to HeadPose::base of the path's first pose
+  glm::ivec3 first;  // from HeadPose::base of the first pose
   float top, n[3], fraction;
-  // voxels, upper bound of the error that results if the path of the block's centre is used for all samples of the
-  // block
+  // voxels, of the centre's path for all
   float bent;
-  float* due;    // receives the path length at which the block is due again; null: the value is not stored
-  unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
-  // index of the line that alone determines the depth of the block's samples (AtStart::line); -1: no such line
+  float* due;    // when next; null: not stored
+  unsigned set;  // can be nearest on the path, a bit each
+  // AtStart::line, or -1
   int line;
   bool emptied;
 
-  /// A linear function (a plane) bounds the depths in each row of the block. Returns the bound of the row through the
-  /// centre minus the bound of row (ix, iy).
+  /// Bound of the centre's row minus that of (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// Returns the upper bound that the linear function (plane) gives for all depths in the row through the block's
-  /// centre.
+  /// In the row through the centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Returns, in voxels, -kMargin minus the upper bound of the depths in row (ix, iy). A cut ignores depths below
-  /// -kMargin, so the row cannot change if the result is not negative. If `emptied` is set, the result is negative.
+  /// Voxels, -kMargin minus the bound of (ix, iy); not negative: unchanged. Negative if `emptied`.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Returns the upper bound that the linear function (plane) gives for all depths in the block.
+  /// In the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches the rows of a block that carve_way_block() will read.
+/// For carve_way_block().
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -469,24 +429,22 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. kInner is 3 voxels, kMargin
-/// 3.5 voxels. Returns true if any sample changed. `slack`: distance in voxels that the head may still move before any
-/// sample of these rows can change.
+/// max(sample, min(depth, kInner)), without depths below -kMargin (3 and 3.5 voxels). True: changed. `slack`: voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
-  // All rows are processed step by step together, so that the processor need not wait for the result of each step.
+  // All rows step by step, so that results need not be waited for.
   constexpr int kAll = kRows * kRows;
   const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, smallest slack (motion until a sample can change) of the rows that need not be read
+  // voxels, of rows not read
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, smallest slack of the rows that are read but cannot change in this motion
+  F8 read = F8{} + kNoEnd;  // voxels, of rows read but unchanged
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float room = block.unread(ix, iy); room >= 0) {
@@ -495,7 +453,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // samples that already have the largest value that a cut can write
+      const I8 full = old >= Sweep::kInner;  // at the largest value already
       const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) {
@@ -545,7 +503,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   return changed;
 }
 
-/// Searches the largest depths of eight listed samples on their paths, and raises the samples to these depths.
+/// Eight listed samples to their largest depths.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;
@@ -558,8 +516,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step of the search evaluates the other end of the path. If the depth is largest there, the search
-  // raises no sample, because the cut at that pose has already written this depth.
+  // First the other end, where the cut has written already.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -585,7 +542,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // Computes the rotation matrix minus the identity matrix, without loss of digits by cancellation.
+  // R − 1 without cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},
@@ -600,13 +557,11 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // `turn` is a rotation matrix minus the identity matrix. Half of the sum of its squared elements is the squared chord
-  // of the rotation angle. A sample that the cut may change is up to `beyond` (voxels) outside the head.
+  // Half the sum of squares of R − 1 is the squared chord of the angle. A sample may be `beyond` (voxels) outside.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent. Its parts are the rounding error of the depth, an error near corners of the
-  // head's outline (2 kNear), and the rounding error of the path's direction.
+  // Of a tangent: rounding of depth, corners (2 kNear), rounding of the direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -641,16 +596,11 @@ float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
 
 namespace {
 
-/// The blocks around a head that moves on one straight part of its path. They pass through three stages, eight at a
-/// time: choose() omits blocks that cannot change, look() computes bounds of the depths in the other blocks, and cut()
-/// raises the samples. While the samples of eight blocks are raised, the samples of the next eight are requested from
-/// memory.
+/// On one straight part: choose(), look(), cut(), eight at a time, the next eight requested meanwhile.
 class PathPass {
  public:
-  /// `part`: the straight part of the path. `cut_before`: true if the tissue inside the head was removed at the
-  /// beginning of this part. `turned`: voxels, bound of the difference between the paths of a sample and of its block's
-  /// centre. `rounding`: voxels, rounding error of the component of a path along a normal. `known` (may be null):
-  /// receives the path length at which each block must be examined again; null if another part of the path follows.
+  /// `part` of the path; `cut_before`: its start was cut; `turned`: voxels, sample's against centre's path; `rounding`:
+  /// voxels along a normal; `known` (may be null): when next, null if another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
       : way_(part),
@@ -663,15 +613,14 @@ class PathPass {
         outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
         emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
 
-  /// Adds the block that begins at the voxel `first`. `due` (may be null) receives the path length at which the block
-  /// must be examined again.
+  /// From voxel `first`. `due` (may be null): when next.
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;
     put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
-  /// Processes the remaining blocks. Returns true if any sample changed.
+  /// True: changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {
@@ -682,8 +631,7 @@ class PathPass {
   }
 
  private:
-  /// Up to eight blocks whose depths are computed in the same way. There is one group for each line of the meridian
-  /// (closed form), and a last group for the blocks that need a search along the path.
+  /// Computed alike: one group per line (closed form), and one that searches.
   struct Group {
     int count = 0;
     Centres centres;
@@ -698,8 +646,7 @@ class PathPass {
     if (at && known_) *at = known_->way + (slack - known_->slip);
   }
 
-  /// Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
-  /// beginning of the path, also omits empty blocks and blocks from which the head moves away.
+  /// Too far on the whole path; after a cut at the start, also empty or left ones.
   void choose() {
     fill_up(starts_, started_);
     AtStart at;
@@ -745,8 +692,7 @@ class PathPass {
     }
     block.first = first - way_.from.base;
   }
-  /// Computes bounds of the depths in the blocks of a group, and requests from memory the rows of the blocks that may
-  /// change. Meanwhile cuts the blocks whose rows were requested before.
+  /// Bounds of a group, and rows requested; meanwhile the earlier ones are cut.
   void look(int which) {
     Group& group = groups_[which];
     Centres& centres = group.centres;
@@ -796,8 +742,7 @@ class PathPass {
   const HeadTarget& target_;
   RemovedVolume* const removed_;
   const DueBlocks* const known_;
-  // voxels, two limits of the depth at a block's centre: if it is less than `outside_`, the block does not change; if
-  // it is more than `emptied_`, the whole block becomes empty
+  // voxels at the centre: unchanged below, emptied above
   const float outside_, emptied_;
   bool changed_ = false;
   int started_ = 0;
@@ -817,8 +762,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // voxels, distance from the head up to which a cut can change samples, plus one voxel for the error of a straight
-  // path
+  // voxels of a cut's reach, plus one for a straight path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
@@ -839,12 +783,11 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Blocks with a distance of more than `far` from the head's axis at A (the start of the sweep) stay outside the
-    // head on the whole path.
+    // Farther than `far` at A: outside on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
-    // Only the last part of the path determines the path length at which a block must be examined again.
+    // The last part decides when next.
     PathPass pass(way, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {

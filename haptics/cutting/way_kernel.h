@@ -1,14 +1,11 @@
-// This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
-// along their path.
+// After depth_kernel.h. Depths along the path.
 
-/// Returns `depth`, except for samples that a motion along the axis does not change (see Straight::still_above): these
-/// get the depth of a point far outside the head.
+/// But unchanged samples (Straight::still_above) far outside.
 TYPODONT_INLINE Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
-/// The piece of the meridian nearest to some samples, as in NearestPiece; also the samples' positions relative to this
-/// piece, and its normal at the nearest point.
+/// NearestPiece with positions and normal.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -37,14 +34,13 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Computes the outward normal. At a corner, any direction between the normals of the two pieces of the head's
-  /// meridian is valid.
+  /// At a corner, any between both normals.
   TYPODONT_INLINE void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// Returns the rate at which the depth of samples at x, y, z increases along the given direction in the head's frame.
+  /// Of the depth, along a direction, T.
   TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
@@ -52,7 +48,7 @@ struct NearestWithNormal {
   }
 };
 
-/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
+/// `set`: a bit per piece.
 TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -63,22 +59,16 @@ TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns the mask of the samples that may have been deeper in the head during the motion than at the motion's end (by
-/// a relevant amount), and deeper than `least`. The function follows each sample's path backward, from the end of the
-/// motion to its start. Along this path the depth is concave, so it grows fastest at the beginning. On the whole path
-/// it grows by at most `growth` / `scale`.
+/// And above `least`. Backward from the end, depth is concave: fastest first, at most `growth` / `scale` in all.
 TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a given direction away from this piece. The
-/// direction is given by its components perpendicular to the axis and along it. Both are multiplied by the distance rho
-/// of the sample from the axis, which saves a square root.
+/// And a direction's component away from it, × rho, which saves a root.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the given direction away from the nearest point of the piece, multiplied by the distance to this
-  /// point and by rho
+  /// × distance × rho
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -105,7 +95,7 @@ struct NearestOnWay {
   }
 };
 
-/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
+/// `set`: a bit per piece.
 TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -117,16 +107,12 @@ TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Returns an upper bound of the speed at which the head approaches samples: the largest n·w, where w is the motion and
-/// n any normal of some neighbouring pieces of the meridian. These pieces must contain the samples' nearest points.
-/// `away`, `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a
-/// tip.
+/// Largest n·w over pieces that hold the nearest points. `away`, `along`: w across and along the axis; `tip`: may be
+/// one.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals
-  // rotate from the first piece's normal to the last piece's normal. At a tip (the outline meets the axis), they begin
-  // with the downward direction instead. If w has the direction of one of these normals, the maximum is |w|. Otherwise
-  // it is the value for the first or for the last normal.
+  // Normals turn from the first piece's to the last's, at a tip from straight down. Along one of them it is |w|,
+  // otherwise that of the first or last.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));
