@@ -1,1 +1,1 @@
-typodont_test(unit_base KIND unit SOURCES unit/base_test.cpp unit/latest_test.cpp unit/base_files_test.cpp unit/progress_test.cpp unit/include_graph_test.cpp unit/readme_test.cpp LIBS typodont_base typodont_contract)
+typodont_test(unit_base KIND unit SOURCES unit/base_test.cpp unit/latest_test.cpp unit/tape_test.cpp unit/base_files_test.cpp unit/progress_test.cpp unit/include_graph_test.cpp unit/readme_test.cpp LIBS typodont_base typodont_contract)

@@ -17,7 +17,7 @@
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/review/session_report.h"
 #include "engine/app/sound_link.h"
 #include "engine/base/clock.h"
@@ -162,7 +162,8 @@ void run_demo(const DemoOptions& options) {
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
-  SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
+  Tapes tapes;
+  SoundLink sound("wav:" + wav.string(), scene, tapes, /*live=*/false);
   session::SessionHeader header = session_header(scene, rig_file, student.device().info(), volume, kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;
@@ -196,7 +197,7 @@ void run_demo(const DemoOptions& options) {
     if (did_cut) recorder.append({&cut, 1});
     recorder.append({&tick, 1});
     notes.add(tick, recorder);
-    sound.push(tick);
+    tapes.servo.write(tick);
     if (did_cut) debris.add(cut, haptics::tool_set(scene.servo)[cut.tool]);
     for (const LoosePiece& piece : loop.carver().take_pieces()) {
       recorder.append(event_of(piece));

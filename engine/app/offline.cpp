@@ -5,7 +5,7 @@
 #include "engine/app/haptic_loop.h"
 #include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/base/error.h"
 #include "engine/session/recorder.h"
 #include "haptics/scripted_hand.h"

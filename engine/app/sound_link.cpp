@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "engine/app/assets.h"
 #include "engine/base/units.h"
@@ -36,11 +37,13 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 
 }  // namespace
 
-SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural)
+SoundLink::SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural)
     : live_(live),
       options_{live ? kHold : 0.0, scene.sound_lower_order},
       output_(audio::AudioOutput::open(address, {.channels = binaural ? 2 : 1})),
-      voice_(tools_that_cut(scene)) {
+      voice_(tools_that_cut(scene)),
+      servo_(tapes.servo),
+      view_(tapes.view) {
   voice_file_ = voice_of(scene);
   models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = scene.servo.spindle.free_speed;
@@ -61,17 +64,9 @@ void SoundLink::make_synth(double sample_rate) {
   if (ears_) ears_.emplace(sample_rate);
 }
 
-void SoundLink::listen(const dvec3& eyes_W, const dvec3& right_W) noexcept {
-  listener_.publish({eyes_W, right_W});
-}
-
 void SoundLink::water(bool spray, double suction_flow) noexcept {
   spray_.store(spray ? 1 : 0, std::memory_order_relaxed);
   suction_.store(std::clamp(suction_flow / kFullSuction, 0.0, 1.0), std::memory_order_relaxed);
-}
-
-void SoundLink::push(const ServoTick& tick) noexcept {
-  ticks_.push(tick);
 }
 
 void SoundLink::advance(Nanos t) {
@@ -95,30 +90,33 @@ void SoundLink::stop(Nanos t) {
 
 void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
-  ServoTick tick;
-  bool heard = false;
-  while (link->ticks_.pop(tick)) {
+  Nanos heard = -1;  // ns, time of the latest tick that this block hears first
+  for (ServoEvent event; link->servo_.next(event);) {
+    const auto* const next = std::get_if<ServoTick>(&event);
+    if (!next) continue;
+    const ServoTick& tick = *next;
+    link->unheard_ += tick.index - std::exchange(link->next_tick_, tick.index + 1);
     audio::SoundState state = link->voice_.state_of(tick);
     if (tick.pedal > 0) state.spray = link->spray_.load(std::memory_order_relaxed);
     state.suction = link->suction_.load(std::memory_order_relaxed);
     link->synth_->push(state);
     link->tool_W_ = tick.X_WG.p;
-    link->seen_tool_ = heard = true;
+    link->seen_tool_ = true;
+    heard = tick.t;
   }
   // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t. If this
   // sample was already played when the tick arrived, the tick is heard from the first sample of this block.
-  if (heard && link->live_)
-    link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
+  if (heard >= 0 && link->live_)
+    link->latency_.store(to_seconds(now() - link->zero_ - std::min(heard, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);
   if (!link->ears_) {
     link->synth_->render(samples, t_first);
     return;
   }
-  if (link->listener_.fetch()) link->listened_ = true;
-  if (link->listened_ && link->seen_tool_) {
-    const Listener& listener = link->listener_.front();
-    link->ears_->turn(audio::ear_angles(link->tool_W_, listener.eyes_W, listener.right_W));
-  }
+  for (ViewEvent event; link->view_.next(event);)
+    if (const auto* const seen = std::get_if<SeenFrom>(&event)) link->listener_ = *seen, link->listened_ = true;
+  if (link->listened_ && link->seen_tool_)
+    link->ears_->turn(audio::ear_angles(link->tool_W_, link->listener_.eye_W, link->listener_.right_W));
   const double period = 1e9 / link->synth_->sample_rate();
   for (std::size_t done = 0, frames = samples.size() / 2; done < frames;) {
     const std::size_t count = std::min(frames - done, link->mono_.size());

@@ -15,30 +15,22 @@
 #include "audio/drill_synth.h"
 #include "audio/tick_voice.h"
 #include "engine/app/scene.h"
-#include "engine/base/latest.h"
-#include "engine/base/ring.h"
-#include "engine/contract/contact.h"
+#include "engine/app/tapes.h"
 
 namespace typodont {
 
 class SoundLink {
  public:
   /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The synthesizer's model comes from the
-  /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`:
-  /// true stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the
-  /// tool as the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
-  SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural = false);
+  /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. The
+  /// ticks come from `tapes`. `live`: true stops the sound if no ticks arrive. `binaural`: true makes two channels for
+  /// the listener's ears, with the tool as the source; the pose of the listener's head comes from `tapes`. Until it is
+  /// known, the source is straight ahead. Throws Error or RunFailure.
+  SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural = false);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Passes a tick to the sound. Called by the servo thread (or the only thread of a deterministic run). Wait-free.
-  void push(const ServoTick& tick) noexcept;
-  /// Sets the pose of the listener's head: the midpoint between the eyes in m, and the unit vector from the left to the
-  /// right eye. Called by the thread that knows the pose. Wait-free. Used only for binaural sound. Before the first
-  /// call, the source is straight ahead.
-  void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
-  bool binaural() const { return ears_.has_value(); }
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is on; the water flows only
   /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next audio block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
@@ -55,14 +47,11 @@ class SoundLink {
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
   /// Returns the number of ticks that were lost because the sound device did not play for a long time. For any thread.
-  std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
+  std::uint64_t unheard() const noexcept { return unheard_.load(std::memory_order_relaxed); }
   /// Returns the text for the recording: file name and hash of the synthesizer's model, and sample rate.
   std::string about() const;
 
  private:
-  struct Listener {
-    dvec3 eyes_W{0}, right_W{1, 0, 0};
-  };
   static void render(void* self, std::span<float> samples, Nanos t_first) noexcept;
 
   void make_synth(double sample_rate);
@@ -79,13 +68,16 @@ class SoundLink {
   audio::SoundModels models_;
   audio::TickVoice voice_;  // converts ticks to samples; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
-  Ring<ServoTick> ticks_{1 << 14};
+  Tape<ServoEvent>::Reader servo_;  // used only by the audio thread
+  Tape<ViewEvent>::Reader view_;    // used only by the audio thread
+  std::atomic<std::uint64_t> unheard_{0};
   std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction as fractions 0..1, for audio::SoundState
-  Latest<Listener> listener_;
   // The next members are used only by the audio thread, and only for binaural sound.
   std::optional<audio::Binaural> ears_;
   std::array<float, 1024> mono_{};
   dvec3 tool_W_{0};  // m, position of the tool's head in the latest tick
+  SeenFrom listener_;
+  std::uint64_t next_tick_ = 0;  // index after the latest tick
   bool listened_ = false, seen_tool_ = false;
 };
 

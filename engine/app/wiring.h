@@ -1,26 +1,18 @@
-// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads. In
-// the comments below, "render thread" is the thread that draws the trainee's picture, and "user interface" is the
-// operator's window.
+// All channels between the threads of a session: the tapes, which any thread may read, and channels with one thread
+// that writes and one that reads. In the comments below, "render thread" is the thread that draws the trainee's
+// picture, and "user interface" is the operator's window.
 #pragma once
 
 #include <array>
 #include <atomic>
-#include <memory>
 #include <vector>
 
+#include "engine/app/tapes.h"
 #include "engine/app/tissue/paint_file.h"
-#include "engine/app/tissue/stroke_book.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
-#include "engine/contract/contact.h"
-#include "engine/contract/loop_timing.h"
-#include "engine/contract/mouth_mirror.h"
-#include "engine/contract/suction_tip.h"
-#include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/patch_exchange.h"
-#include "haptics/servo.h"
-#include "haptics/soft_tissue.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -79,72 +71,15 @@ struct BrushMove {
   bool begins = false;  // true: this part begins a new stroke
 };
 
-/// An undo or redo of a stroke. Its position among cuts and patches (tissue copies) is recorded for an exact replay.
-struct StrokeEdit {
-  Nanos t = 0;
-  bool redo = false;
-  std::uint64_t cuts = 0;     // number of cuts that were applied to the tissue before the edit
-  std::uint32_t patches = 0;  // number of patches (copies of the tissue) created before the edit
-};
-
-/// Positions of the eyes in front of a screen, and the selected view.
-struct SeenFrom {
-  Nanos t = 0;
-  dvec3 eye_W{0}, right_W{1, 0, 0};
-  double ipd = 0;
-  render::View view = render::View::kLook;
-};
-
-/// State of the handpiece's water and of the suction.
-struct WaterSwitch {
-  Nanos t = 0;
-  bool spray = false, suction = false;
-};
-
-/// Measured times of a frame on a screen.
-struct PictureTiming {
-  Nanos t = 0;        // ns, time of the machine's clock at which the frame began
-  double period = 0;  // s, time since the previous frame
-  double record = 0;  // s, time of preparation and submission on the CPU
-  double gpu = 0;     // s, time that the GPU measured for the latest finished frame
-  // s, estimated latency: from the hand's sample that the frame shows, to the middle of the screen's next refresh
-  double motion_to_photon = 0;
-  double redrawn = 1;  // fraction of the picture that was drawn again
-  int step = 0;        // index of the quality level; 0 is the best
-};
-
-/// The channel that sends the changes of the soft gum from the servo thread to one picture, sixty times per second.
-struct GumChanges {
-  /// `most_moves`: number of moved points for which the channel has room; the servo thread sends further moves later.
-  explicit GumChanges(std::size_t most_moves = 1 << 12) : moves(most_moves) {}
-  Ring<haptics::SoftMove> moves;  // the points of the gum that have moved
-  Ring<haptics::SoftWound> wounds{haptics::SoftTissue::kMaxWounds};
-};
-
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
-  // From the servo thread to the carver thread: the cuts, and the newest tick
-  Ring<Cut> cuts_to_carver{1 << 14};
-  Latest<ServoTick> tick_to_carver;
+  // What the threads did. Any thread may read.
+  Tapes tapes;
   // From the carver thread to the servo thread: the newest snapshot of the tissue near the tool
   haptics::PatchExchange patch;
-  // From the servo thread to the render thread: the newest tick, and the cuts, which produce debris
-  Latest<ServoTick> tick_to_render;
-  Ring<Cut> cuts_to_debris{1 << 12};
-  // From the servo thread to the render thread and to the headset's thread: the changes of the soft gum. Each pointer
-  // is null if the gum is rigid, or if its thread draws no picture in this session.
-  std::unique_ptr<GumChanges> gum_to_render, gum_to_headset;
-  // Commands from the user interface to the carver thread, and the state of the tissue from the carver thread to the
-  // user interface.
+  // From the user interface to the carver thread: commands
   Ring<TissueCommand> tissue_commands{64};
-  Latest<TissueState> tissue_to_render{{}};
-  // From the carver thread to the recorder thread: edits (undo and redo of strokes), and pieces of tissue that came
-  // loose
-  Ring<StrokeEdit> edits_to_recorder{1 << 10};
-  Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // From the carver thread to the render thread: pieces of tissue that came loose, drawn as debris
-  Ring<LoosePiece> pieces_to_debris{1 << 10};
   // From the carver thread to the render thread: the changed parts of the tissue's mesh
   Ring<MeshBatch*> bricks{256};
   // From the carver thread to the user interface: the changed parts of the tissue's mesh. Used if a headset shows the
@@ -163,40 +98,10 @@ struct Wiring {
   Ring<BrushMove> paint_to_carver{1 << 10};
   // From the user interface to the servo thread: settings that the user changed
   Latest<SessionSettings> settings;
-  // From the servo thread to the user interface: all ticks, for the score. Used if an operator watches.
-  Ring<ServoTick> ticks_to_score{1 << 14};
   // From the recorder thread to the user interface: state of the recording
   Latest<RecordState> record_to_render;
-  // If there is a headset, its thread draws the pictures. From the headset's thread to the servo thread: the
-  // controller's samples (used if the controller is the hand). From the headset's thread to the recorder thread: the
-  // frames' times.
+  // From the headset's thread to the servo thread: the controller's samples. Used if the controller is the hand.
   Latest<XrHandSample> xr_hand;
-  Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // From the render thread to the recorder thread: measured times of the frames
-  Ring<PictureTiming> pictures_to_recorder{1 << 12};
-  // From the servo thread to the recorder thread: all ticks, cuts and uses of snapshots, and the timing of the loop
-  Ring<ServoTick> ticks_to_recorder{1 << 15};
-  Ring<Cut> cuts_to_recorder{1 << 14};
-  Ring<PatchUse> patches_to_recorder{1 << 12};
-  Latest<LoopReport> loop_to_recorder;
-  // From the servo thread to the stream thread: all ticks. Null if the session is not published to other programs.
-  std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
-  // From the servo thread to the render thread: timing of the loop, heat of the motors
-  Latest<LoopReport> loop_to_render;
-  // From the render thread to the recorder thread, after each change: the position of the eyes, and the view
-  Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // From the second hand's thread to the render thread and the recorder thread: the pose of the mouth mirror
-  Latest<MouthMirror> mouth_mirror;
-  /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
-  Latest<SuctionTip> suction_tip;
-  // To the recorder thread: each switching of the water (from the render thread), and the samples of the left hand
-  // (from the second hand's thread)
-  Ring<WaterSwitch> water_to_recorder{64};
-  Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  /// From the render thread (or the headset's thread) to the application thread, for the sound: the newest position of
-  /// the eyes
-  Latest<SeenFrom> head_to_sound;
-  // The channel from the servo thread to the audio thread is a ring inside SoundLink.
 
   /// request for a copy of the tissue, from the computing thread of LiveViews to the carver thread
   std::atomic<bool> copy_wanted{false};
@@ -221,8 +126,6 @@ struct Wiring {
   std::atomic<std::int32_t> chosen_tool{-1};
   /// from the render thread to the servo thread: true while the emergency stop is on; the drill is then off
   std::atomic<bool> held{false};
-  std::atomic<std::uint32_t> newest_faults{
-      0};  // From the servo thread to the render thread: fault bits of the latest tick
   std::atomic<Nanos> session_zero{
       /// from the servo thread to the other threads: ns, time of the machine's clock at which the session's time is
       /// zero; 0: the session has not begun

@@ -25,7 +25,7 @@
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
@@ -79,7 +79,7 @@ struct Workbench::Impl {
   std::optional<Pointer> pointer;  // the pointer that moves the tool if the mouse is the hand; empty for other hands
   Hands hands;
   std::optional<SoundLink> sound;
-  std::optional<session::SessionWriter> writer;
+  std::optional<SessionRecorder> recording;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
   // pictures in the session's own window or in the operator's window; empty if neither window shows the session
@@ -91,7 +91,18 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;            // the latest tick that was drawn
+  /// The application thread's places on the tapes.
+  struct Places {
+    explicit Places(const Tapes& tapes) : servo(tapes.servo), carver(tapes.carver), loop(tapes.loop) {}
+    Tape<ServoEvent>::Reader servo;
+    Tape<CarverEvent>::Reader carver;
+    Tape<LoopReport>::Reader loop;
+  };
+  std::optional<Places> places;
+  // the latest tick, state of the tissue and report about the servo's loop
+  ServoTick tick;
+  TissueState tissue_state;
+  LoopReport loop;
   SessionSettings settings;  // the settings that were last sent to the servo
   // evaluates the motion of the hand for the score; empty if no operator's window shows the session
   std::optional<session::HandMeter> meter;
@@ -124,9 +135,10 @@ struct Workbench::Impl {
   void start_headset(const std::string& hand_address);
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
-  void take_tick();
+  void follow_tapes();
   void advance_sound();
-  void score_ticks();
+  /// Passes a tick to the meters of the score.
+  void score(const ServoTick& next);
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
@@ -164,6 +176,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
+  places.emplace(s.wiring.tapes);
   // The name of the file is checked now, so that an invalid name is reported before the session.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
@@ -174,7 +187,6 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
-  s.steered = options.steered;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: continued from " + scene.resume);
@@ -219,9 +231,9 @@ void Workbench::Impl::set_up() {
     if (address.empty()) {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
-      sound.emplace(address, scene, !address.starts_with("wav:"), options.binaural);
-      if (rig) sound->listen(rig->head.eye_center, rig->head.right);
-      s.sound = &*sound;
+      sound.emplace(address, scene, s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
+      // Nobody draws, so nobody writes where the eyes are.
+      if (rig && !s.draw) s.wiring.tapes.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
     }
   } else {
@@ -256,31 +268,15 @@ void Workbench::Impl::set_up() {
   // The recording is created last, because it replaces an older recording. A session that cannot start leaves no file.
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
-    if (hands.left) {
-      s.left_stream = header.streams.size();
-      header.streams.push_back(left_hand_stream());
-    }
+    if (hands.left) header.streams.push_back(left_hand_stream());
     header.trainee = options.trainee;
-    s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
-    s.picture_stream = header.streams.size();
-    if (s.draw && window) header.streams.push_back(picture_stream());
-    if (s.draw && window) {
-      s.head_stream = header.streams.size();
-      header.streams.push_back(head_stream());
-    }
-    if (s.debris && window) {
-      s.water_stream = header.streams.size();
-      header.streams.push_back(water_stream());
-    }
-    std::optional<std::size_t> heard;
-    if (sound) {
-      heard = header.streams.size();
-      header.streams.push_back(sound_stream());
-    }
-    s.notes.emplace(scene, heard);
-    writer.emplace(options.record, header);
-    if (sound) writer->event(0, session::EventKind::kNote, sound->about());
+    if (s.draw && window) header.streams.insert(header.streams.end(), {picture_stream(), head_stream()});
+    if (s.debris && window) header.streams.push_back(water_stream());
+    if (sound) header.streams.push_back(sound_stream());
+    recording.emplace(options.record, scene, header, s.wiring.tapes, session::WriterOptions(),
+                      sound ? [this] { return sound->latency(); } : std::function<double()>());
+    if (sound) recording->writer().event(0, session::EventKind::kNote, sound->about());
   }
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
@@ -300,7 +296,6 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
   if (o.touches && o.tool_hand >= 0)
     throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");
   o.debris = s.debris;
-  o.record = s.record;
   o.work_W = above;
   o.start.X_WT.p = o.start.X_WG.p = above;
   headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
@@ -325,9 +320,8 @@ void Workbench::Impl::start() {
   before.desktop_requests = desktop_requests();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
-  if (hands.left)
-    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene), s.record);
-  if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+  if (hands.left) left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left));
+  if (recording) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*recording));
   if (streaming) streamer = std::jthread(stream_thread, std::ref(s), std::ref(*streaming));
   began = now();
   if (picture) picture->begin();
@@ -338,25 +332,33 @@ void Workbench::Impl::start() {
   if (picture && picture->shows_debris()) keys.push_back(hud_text(language, "suction"));
   if (picture && picture->has_spray()) keys.push_back(hud_text(language, "water"));
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
-  if (headset) headset->start(began);
 }
 
-/// Reads the latest tick. Used only if nothing is drawn; otherwise the drawing code reads the latest tick.
-void Workbench::Impl::take_tick() {
-  Latest<ServoTick>& newest = session->wiring.tick_to_render;
-  if (newest.fetch()) tick = newest.front();
+/// Reads what servo and carver did since the last call.
+void Workbench::Impl::follow_tapes() {
+  for (ServoEvent event; places->servo.next(event);) {
+    if (picture) picture->apply(event);
+    const auto* const next = std::get_if<ServoTick>(&event);
+    if (!next) continue;
+    tick = *next;
+    if (meter) score(tick);
+    if (tick.faults != 0) {
+      recent_faults = tick.t - fault_time < kNanosPerSecond ? recent_faults | tick.faults : tick.faults;
+      fault_time = tick.t;
+    }
+  }
+  for (CarverEvent event; places->carver.next(event);) {
+    if (picture) picture->apply(event);
+    if (const auto* const next = std::get_if<TissueState>(&event)) tissue_state = *next;
+  }
+  places->loop.newest(loop);
 }
 
 /// Continues the sound up to the present time of the session's clock. The clock begins with the first tick.
 void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
-  if (!session->draw) take_tick();
-  if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
-    sound->listen(head.front().eye_W, head.front().right_W);
-  // With a headset, another thread reads the ticks, so the present time comes from the clock and not from the newest
-  // tick.
-  sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
+  sound->advance(sound->live() ? now() - zero : tick.t);
 }
 
 /// Runs one pass of the drawing loop: draws a frame or waits for a short time. Returns false at the end of the
@@ -365,9 +367,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   LiveSession& s = *session;
   ++summary.work.turns;
   pressed.clear();
-  if (meter) score_ticks();
+  follow_tapes();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  s.wiring.loop_to_render.fetch();
   s.wiring.record_to_render.fetch();
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;
@@ -393,8 +394,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // If the score is computed (in the operator's window; `meter` exists), `implant` needs every tick, which it gets
-    // from score_ticks(). Without a score, the newest tick is sufficient.
+    // If the score is computed (in the operator's window; `meter` exists), `implant` gets every tick. Without a score,
+    // the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -418,7 +419,7 @@ void Workbench::Impl::hold(bool on) noexcept {
 
 /// Reports a device that was unplugged, and a device that is connected again, once each.
 void Workbench::Impl::report_hand() {
-  const bool gone = (session->wiring.newest_faults.load(std::memory_order_relaxed) & bits(Fault::kDeviceLost)) != 0;
+  const bool gone = (tick.faults & bits(Fault::kDeviceLost)) != 0;
   if (gone == hand_gone) return;
   hand_gone = gone;
   if (gone) {
@@ -438,7 +439,6 @@ std::string Workbench::Impl::hint() const {
   const session::Language language = options.language;
   const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
   const auto number = [&](double value, int decimals) { return session::number_text(value, decimals, language); };
-  const LoopReport& loop = session->wiring.loop_to_render.front();
   const RecordState& record = session->wiring.record_to_render.front();
   std::vector<std::string> parts;
   if (held) {
@@ -559,20 +559,11 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// Passes every tick to the meters of the score, and updates the faults of the last second.
-void Workbench::Impl::score_ticks() {
-  ServoTick next;
-  while (session->wiring.ticks_to_score.pop(next)) {
-    meter->add({&next, 1});
-    if (damage) damage->add({&next, 1});
-    if (implant) implant->add({&next, 1});
-    picture->views()->explore(next);
-    if (headset || !session->draw) tick = next;
-    if (next.faults != 0) {
-      recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
-      fault_time = next.t;
-    }
-  }
+void Workbench::Impl::score(const ServoTick& next) {
+  meter->add({&next, 1});
+  if (damage) damage->add({&next, 1});
+  if (implant) implant->add({&next, 1});
+  picture->views()->explore(next);
 }
 
 /// Sends zero force, joins all threads and completes the recording. A second call does nothing.
@@ -595,12 +586,10 @@ void Workbench::Impl::end() {
   };
   const bool carved = s.carver_failure.empty();
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  Cut last_cut;  // a cut that the servo made after the carver thread had ended
-  while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // computes the score up to the last tick, so that it equals the recording's score
-    score_ticks();
-    explored = picture->views()->take_explored();
-  }
+  // cuts that the servo made after the carver thread had ended
+  if (carved) try_to([&] { s.side.follow([](const Cut&) {}); });
+  follow_tapes();  // to the last tick, so that the score equals the recording's score
+  if (meter) explored = picture->views()->take_explored();
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   if (streamer.joinable()) streamer.join();
@@ -610,29 +599,30 @@ void Workbench::Impl::end() {
     if (!options.touches.empty()) try_to([&] { write_touches(options.touches, headset->touches()); });
   }
   if (sound) try_to([&] { sound->stop(s.last.t); });
-  if (sound && writer) {
+  if (sound && recording) {
     const audio::AudioStats heard = sound->stats();
     if (heard.underruns + heard.losses + sound->unheard() > 0)
-      writer->event(s.last.t, session::EventKind::kNote,
-                    fmt::format("sound: {} under-runs, the device lost {} times, {} ticks not played", heard.underruns,
-                                heard.losses, sound->unheard()));
+      recording->writer().event(s.last.t, session::EventKind::kNote,
+                                fmt::format("sound: {} under-runs, the device lost {} times, {} ticks not played",
+                                            heard.underruns, heard.losses, sound->unheard()));
   }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
   while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
   if (picture) {
     try_to([&] { summary.debris = picture->settle_debris(); });
+    if (summary.debris) summary.debris->events_lost = places->servo.lost();
     picture->close();
   }
   if (headset) summary.debris = headset->debris();
-  summary.debris_cuts_lost = s.wiring.cuts_to_debris.dropped();
   haptics::TissueVolume* copy = nullptr;
   while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   on_interrupt.reset();
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { save_tissue(copy_of(s.carver), s.save); });
   const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();
-  if (writer && !writer->finish(result) && failure.empty()) failure = writer->status().message;
+  if (recording && !recording->writer().finish(result) && failure.empty())
+    failure = recording->writer().status().message;
   summary.seconds = to_seconds(s.last.t);
   const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) {
     return t ? age - to_seconds(at - t) : 0;
@@ -712,7 +702,7 @@ const SessionSettings& Workbench::settings() const {
   return impl_->settings;
 }
 void Workbench::paint(const BrushMove& move) {
-  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(move);
+  if (!impl_->recording) impl_->session->wiring.paint_to_carver.push(move);
 }
 std::vector<PaintStroke> Workbench::painted() const {
   return impl_->session->book.paint(impl_->session->carver.strokes());
@@ -772,12 +762,11 @@ WorkbenchStatus Workbench::status() {
   Wiring& wiring = m.session->wiring;
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
-  if (!m.session->draw && !m.meter) m.take_tick();
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
   s.caught = m.caught();
-  s.timing = wiring.loop_to_render.front().timing;
+  s.timing = m.loop.timing;
   if (m.picture) {
     const LivePicture& picture = *m.picture;
     s.frame_ms = picture.frame_seconds() * 1e3;
@@ -788,11 +777,10 @@ WorkbenchStatus Workbench::status() {
   }
   if (m.implant) s.implant = m.implant_status();
   s.record = wiring.record_to_render.front();
-  wiring.tissue_to_render.fetch();
-  s.tissue = wiring.tissue_to_render.front();
+  s.tissue = m.tissue_state;
   s.saved = wiring.saved;
   s.not_saved = wiring.not_saved;
-  const LoopReport& loop = wiring.loop_to_render.front();
+  const LoopReport& loop = m.loop;
   s.motor_heat = loop.heat;
   s.bearable_force = loop.bearable_force;
   s.armed = loop.armed;
@@ -810,7 +798,7 @@ session::Score Workbench::score_so_far() {
   // the tissue. Otherwise they are the volumes at the start minus the removed volumes.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
-    const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
+    const PerTissue& removed = m.tissue_state.removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];
   }
   if (m.meter) input.hand = m.meter->result();
@@ -831,7 +819,7 @@ const haptics::DeviceInfo& Workbench::hand() const {
   return impl_->hands.right->info();
 }
 bool Workbench::recording() const {
-  return impl_->writer.has_value();
+  return impl_->recording.has_value();
 }
 PictureStage* Workbench::stage() {
   return impl_->picture ? impl_->picture->stage() : nullptr;
@@ -843,9 +831,7 @@ void Workbench::ask(TissueCommand command) {
   impl_->session->wiring.tissue_commands.push(command);
 }
 haptics::TissueVolume::Strokes Workbench::strokes() {
-  auto& latest = impl_->session->wiring.tissue_to_render;
-  latest.fetch();
-  return latest.front().strokes;
+  return impl_->tissue_state.strokes;
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

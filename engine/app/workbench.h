@@ -118,8 +118,6 @@ struct WorkbenchSummary {
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
   /// mass balance of chips and water; empty without debris or picture
   std::optional<DebrisBalance> debris;
-  /// number of cuts for which no chips were made, because the queue of cuts to the render thread was full
-  std::uint64_t debris_cuts_lost = 0;
   std::vector<std::string> explanations;
   WorkCounts work;
 };

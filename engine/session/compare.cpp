@@ -10,8 +10,8 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint32_t kLoopsFaults = bits(Fault::kDeviceLost) | bits(Fault::kRingFull) | bits(Fault::kOverrun) |
-                                       bits(Fault::kLetGo) | bits(Fault::kHeld);
+constexpr std::uint32_t kLoopsFaults =
+    bits(Fault::kDeviceLost) | bits(Fault::kOverrun) | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,

@@ -203,8 +203,6 @@ constexpr Entry kCatalogue[] = {
       "器械位于组织内部：缓慢引出"}},
     {"fault.device_lost",
      {"Device stopped answering: no force", "Gerät antwortet nicht: keine Kraft", "设备无响应：力为零"}},
-    {"fault.ring_full",
-     {"A cut was lost on its way to the carver", "Ein Schnitt kam beim Abtrag nicht an", "有切削未送达切削线程"}},
     {"fault.slew_limit",
      {"Force rose faster than the device allows", "Kraft stieg schneller, als das Gerät erlaubt",
       "力上升速度超过设备允许值"}},

@@ -14,7 +14,7 @@
 #include "engine/app/live/session.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/task/task.h"
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
@@ -75,14 +75,13 @@ class LiveExpert : public testing::Test {
     const auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
     s.record = true;
     s.serve(hand->info());
-    s.notes.emplace(*scene, std::nullopt);
-    session::SessionWriter writer(file(), session_header(*scene, {}, hand->info(), s.carver.volume(), 1000));
+    SessionRecorder recorder(file(), *scene, session_header(*scene, {}, hand->info(), s.carver.volume(), 1000),
+                             s.wiring.tapes);
     s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
     session::HandMeter meter(1000);
     {
       ServoTurns servo(s, *hand, simulated);
       CarverTurns carver(s);
-      RecorderTurns recorder(s, writer);
       for (std::uint64_t tick = 0; servo.turn(); ++tick) {
         g_clock += 1'000'000;
         s.wiring.held = tick >= hold_from && tick < hold_to;
@@ -91,9 +90,8 @@ class LiveExpert : public testing::Test {
       }
       servo.end();
       carver.finish();
-      recorder.turn();
     }
-    EXPECT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
+    recorder.finish(s.carver.volume());
     return points(*scene, *start, s.carver.volume(), meter);
   }
   std::filesystem::path file() const { return folder / "session.h5"; }

@@ -153,25 +153,24 @@ class PressingHand : public haptics::HapticDevice {
   int ticks_ = 0;
 };
 
-TEST_F(SoftGum, OfALiveSessionReachesThePictureThroughAChannelThatMayBeFull) {
+TEST_F(SoftGum, OfALiveSessionReachesEveryPictureOnTheServosTape) {
   const Scene with_gum = read_scene(soft);
   LiveSession session(with_gum, load_tissue(with_gum));
   PressingHand hand(top);
   session.serve(hand.info());
   ASSERT_TRUE(session.gum);
   Wiring& wiring = session.wiring;
-  // One channel is too small for one update, the other one is not.
-  wiring.gum_to_render = std::make_unique<GumChanges>(16);
-  wiring.gum_to_headset = std::make_unique<GumChanges>();
   wiring.patch.offer(session.carver, top);
   ServoTurns servo(session, hand, PressingHand::simulated);
   std::map<std::uint32_t, float> seen, seen_in_headset;
-  while (servo.turn()) {
-    haptics::SoftMove move;
-    while (wiring.gum_to_render->moves.pop(move)) seen[move.point] = move.inward;
-    while (wiring.gum_to_headset->moves.pop(move)) seen_in_headset[move.point] = move.inward;
-  }
-  EXPECT_EQ(wiring.gum_to_render->moves.dropped(), 0u);
+  Tape<ServoEvent>::Reader picture(wiring.tapes.servo), headset(wiring.tapes.servo);
+  const auto read = [](Tape<ServoEvent>::Reader& reader, std::map<std::uint32_t, float>& all) {
+    for (ServoEvent event; reader.next(event);)
+      if (const auto* const moves = std::get_if<GumMoves>(&event))
+        for (std::uint32_t i = 0; i < moves->count; ++i) all[moves->points[i].point] = moves->points[i].inward;
+  };
+  while (servo.turn()) read(picture, seen);
+  read(headset, seen_in_headset);
   EXPECT_EQ(seen_in_headset, seen);
   double deep = 0;
   for (const auto& [point, inward] : seen) {

@@ -8,6 +8,7 @@
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/player.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/workbench.h"
 #include "engine/session/film.h"
 #include "engine/session/session_file.h"

@@ -4,17 +4,19 @@
 // ./run stress makes it long.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <random>
 #include <string>
+#include <thread>
 
 #include "engine/app/live/session.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
@@ -131,12 +133,11 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   s.record = true;
   s.operated = random.chance(0.5);
   s.serve(hand.info());
-  s.notes.emplace(scene, std::nullopt);
-  session::SessionWriter writer(file, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate));
+  SessionRecorder recorder(file, scene, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate),
+                           s.wiring.tapes);
   s.wiring.patch.offer(s.carver, RandomHand::start());
 
   ServoTurns servo(s, hand, simulated);
-  RecorderTurns recorder(s, writer);
   bool alive = true;
   const auto feel = [&](int turns) {
     for (; turns > 0 && alive; --turns) {
@@ -186,10 +187,9 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   EXPECT_FALSE(servo.turn());
   servo.end();
   carver.finish();
-  recorder.turn();
   counts.cuts += s.carver.cuts();
   counts.patches += s.carver.snapshots();
-  ASSERT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
+  recorder.finish(s.carver.volume());
 }
 
 TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
@@ -214,6 +214,58 @@ TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
   EXPECT_GT(counts.patches, 200u);
   EXPECT_GT(counts.passed_over, 5u);  // snapshots that no servo took up
   EXPECT_GT(counts.tools, 5u);
+}
+
+/// A random hand in real time, which leaves after some ticks.
+class PacedHand : public RandomHand {
+ public:
+  using RandomHand::RandomHand;
+  bool read(haptics::HandSample& sample) noexcept override {
+    if (++ticks_ > 4000) return false;
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+    return RandomHand::read(sample);
+  }
+
+ private:
+  int ticks_ = 0;
+};
+
+TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
+  const TemporaryFolder folder;
+  const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
+  std::ofstream(scene_file) << kScene;
+  const Scene scene = read_scene(scene_file);
+  PacedHand hand(3, static_cast<int>(haptics::tool_set(scene.servo).size()));
+  LiveSession s(scene, load_tissue(scene));
+  s.record = true;
+  s.serve(hand.info());
+  SessionRecorder recorder(file, scene, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate),
+                           s.wiring.tapes);
+  StateStream stream({"ws:0"}, {scene.name, tool_names(scene), hand.info().rate});
+  StreamTurns streaming(s, stream, 1000);
+  s.wiring.patch.offer(s.carver, RandomHand::start());
+  std::jthread servo(servo_thread, std::ref(s), std::ref(hand)), carver(carver_thread, std::ref(s)),
+      recording(recorder_thread, std::ref(s), std::ref(recorder)),
+      other(stream_thread, std::ref(s), std::ref(streaming));
+  Tape<ServoEvent>::Reader score(s.wiring.tapes.servo);
+  std::uint64_t ticks = 0, undone = 0;
+  for (ServoEvent event; !s.wiring.servo_ended; std::this_thread::sleep_for(std::chrono::milliseconds(3))) {
+    while (score.next(event)) ticks += std::holds_alternative<ServoTick>(event);
+    if (ticks > 1000 * (undone + 1)) s.wiring.tissue_commands.push(TissueCommand::kUndo), ++undone;
+  }
+  servo.join();
+  s.wiring.stop = true;
+  carver.join();
+  EXPECT_EQ(s.carver_failure, "");
+  s.side.follow([](const Cut&) {});
+  s.wiring.nothing_more = true;
+  recording.join();
+  other.join();
+  recorder.finish(s.carver.volume());
+  EXPECT_GT(s.carver.cuts(), 100u);
+  const ReplayResult replayed = replay_session(file, {});
+  EXPECT_TRUE(replayed.identical) << replayed.what_differs;
+  EXPECT_EQ(replayed.ticks, s.last.index + 1);
 }
 
 TEST(LiveReplay, StandardArithmeticRestoresDenormalNumbersInAThread) {

@@ -14,7 +14,6 @@
 #include <map>
 #include <set>
 #include <thread>
-#include <tuple>
 #include <utility>
 
 #include "engine/app/live/session.h"
@@ -328,11 +327,14 @@ TEST(CarverThread, PaintingInTheAirIsNoStrokeAndNotPartOfAnExercise) {
   ASSERT_TRUE(carved.paint({Tissue::kCaries, surface, surface, 0.5_mm}));
   s.wiring.paint_to_carver.push({{Tissue::kCaries, air, air, 0.5_mm}, true});
   ASSERT_TRUE(carved.paint({Tissue::kCaries, -surface, -surface, 0.5_mm}));
-  s.wiring.tissue_to_render.fetch();
-  EXPECT_EQ(s.wiring.tissue_to_render.front().painted, 2u);
-  EXPECT_EQ(s.wiring.tissue_to_render.front().strokes.done, 2u);
   s.wiring.stop = true;
   carved.carver.join();
+  TissueState tissue;
+  Tape<CarverEvent>::Reader reader(s.wiring.tapes.carver);
+  for (CarverEvent event; reader.next(event);)
+    if (const auto* const state = std::get_if<TissueState>(&event)) tissue = *state;
+  EXPECT_EQ(tissue.painted, 2u);
+  EXPECT_EQ(tissue.strokes.done, 2u);
   EXPECT_EQ(s.book.paint(s.carver.strokes()).size(), 2u);
 }
 
@@ -367,28 +369,32 @@ TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(RecorderThread, CountsTheEntriesThatEachRingDropped) {
+TEST(RecorderThread, CountsTheEventsThatEachTapeLost) {
   Carved made;
   LiveSession& s = made.session;
-  s.record = true;
-  s.notes.emplace(made.scene, std::nullopt);
   session::SessionHeader header;
   header.streams = {left_hand_stream(), head_stream(), water_stream()};
-  s.left_stream = 0, s.head_stream = 1, s.water_stream = 2;
-  Wiring& w = s.wiring;
-  const auto overflow = [](auto& ring) {
-    while (ring.push({})) {
-    }
+  const std::string file = testing::TempDir() + fmt::format("typodont_tapes_{}.h5", ::getpid());
+  Tapes& tapes = s.wiring.tapes;
+  SessionRecorder recorder(file, made.scene, header, tapes);
+  const auto lap = [](auto& tape, std::uint64_t kept, auto event) {
+    for (std::uint64_t i = 0; i < kept + 3; ++i) tape.write(event);
   };
-  std::apply([&](auto&... ring) { (overflow(ring), ...); },
-             std::tie(w.ticks_to_recorder, w.cuts_to_recorder, w.patches_to_recorder, w.edits_to_recorder,
-                      w.pieces_to_recorder, w.seen_to_recorder, w.left_to_recorder, w.xr_frames_to_recorder,
-                      w.pictures_to_recorder, w.water_to_recorder));
-  w.nothing_more = true;
-  const std::string file = testing::TempDir() + fmt::format("typodont_rings_{}.h5", ::getpid());
-  session::SessionWriter writer(file, header);
-  recorder_thread(s, writer);
-  EXPECT_EQ(writer.status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 1, .other_ring = 8}));
+  constexpr std::uint64_t kKept = (1 << 16) - 1;
+  for (std::uint64_t i = 0; i < (kKept + 3) / 2; ++i) {
+    Cut cut;
+    cut.index = i + 1;
+    ServoTick tick;
+    tick.index = i;
+    tapes.servo.write(cut);
+    tapes.servo.write(tick);
+  }
+  lap(tapes.carver, (1 << 12) - 1, LoosePiece());
+  lap(tapes.view, (1 << 12) - 1, WaterSwitch());
+  lap(tapes.left, (1 << 13) - 1, haptics::HandSample());
+  s.wiring.nothing_more = true;
+  recorder_thread(s, recorder);
+  EXPECT_EQ(recorder.writer().status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 2, .other_ring = 9}));
   std::filesystem::remove(file);
 }
 

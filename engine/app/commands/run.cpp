@@ -39,7 +39,7 @@ nlohmann::ordered_json load_json(const debris::Load& load) {
 
 /// Returns the mass balance (mg) of the chips as JSON. It is null if the GPU moves the chips, because then only the GPU
 /// knows the masses.
-nlohmann::ordered_json debris_json(const DebrisBalance& balance, std::uint64_t cuts_lost) {
+nlohmann::ordered_json debris_json(const DebrisBalance& balance) {
   const debris::DebrisLedger& ledger = balance.chips;
   const auto number = [](double kg) {
     return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();
@@ -53,7 +53,7 @@ nlohmann::ordered_json debris_json(const DebrisBalance& balance, std::uint64_t c
                                  {"sucked_mg", number(ledger.sucked)},
                                  {"no_room_mg", number(ledger.dropped)},
                                  {"deposited_mg", number(ledger.deposited)},
-                                 {"cuts_lost", cuts_lost}};
+                                 {"events_lost", balance.events_lost}};
   if (const auto& s = balance.spray)
     json["spray"] = {{"sprayed", load_json(s->sprayed)},   {"flung", load_json(s->flung)},
                      {"in_the_air", load_json(s->in_air)}, {"deposited", load_json(s->deposited)},
@@ -99,7 +99,7 @@ void run(const Options& options) {
     for (const haptics::MethodCount& m : haptics::method_counts())
       json["work"]["models"][m.name] = {{"models", m.models}, {"bodies", m.bodies}};
     json["work"]["cpu_s"] = s.work.cpu_seconds, json["work"]["servo_cpu_s"] = s.work.servo_cpu_seconds;
-    if (s.debris) json["debris"] = debris_json(*s.debris, s.debris_cuts_lost);
+    if (s.debris) json["debris"] = debris_json(*s.debris);
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
     fmt::print("{}\n", json.dump(2));
     return;

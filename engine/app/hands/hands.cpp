@@ -154,8 +154,7 @@ void LoopStatistics::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& s
 
 void LoopStatistics::publish() noexcept {
   published_ = report_.timing.last_woke;
-  wiring_.loop_to_recorder.publish(report_);
-  wiring_.loop_to_render.publish(report_);
+  wiring_.tapes.loop.write(report_);
 }
 
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
@@ -163,25 +162,16 @@ void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
   hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
 }
 
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record) {
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand) {
   // The second hand's thread gets a lower priority than the servo thread.
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     // the arm reports positions only while the program sends forces, so zero force is sent
     hand.write(dvec3(0), dvec3(0));
-    if (hand_holds_suction(scene)) {
-      SuctionTip tip = scene.suction_tip;
-      tip.X_WS = sample.X_WT;
-      wiring.suction_tip.publish(tip);
-    } else {
-      wiring.mouth_mirror.publish(held(scene.mouth_mirror, sample.X_WT));
-    }
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
-    if (record && zero != 0) {
-      sample.t = now() - zero;  // replaces the device's time by the time of the session's clock
-      wiring.left_to_recorder.push(sample);
-    }
+    sample.t = zero != 0 ? now() - zero : -1;  // replaces the device's time by the time of the session's clock
+    wiring.tapes.left.write(sample);
   }
   hand.write(dvec3(0), dvec3(0));
 }

@@ -92,7 +92,7 @@ class PedalInterlock {
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),
-/// the suction tip.
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record);
+/// the suction tip. A sample from before the session has the time -1.
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand);
 
 }  // namespace typodont

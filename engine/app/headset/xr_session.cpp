@@ -88,7 +88,10 @@ struct XrSession::Thread {
   double voxel;                             // m, voxel size of the tissue
   std::optional<render::BoxInWorld> reach;  // m, frame W: box that the tissue can occupy in the session
   Wiring& wiring;
+  Tape<ServoEvent>::Reader servo_tape;
+  Tape<CarverEvent>::Reader carver_tape;
   Options options;
+  ServoTick tick;  // the latest tick
   std::optional<DebrisView> debris;
   Surroundings surroundings;
   std::optional<SoftGumView> gum;  // the soft gum; empty if the gum is rigid
@@ -100,7 +103,6 @@ struct XrSession::Thread {
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
-  std::atomic<Nanos> began{0};
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
@@ -126,11 +128,13 @@ struct XrSession::Thread {
         voxel(tissue.frame().voxel),
         reach(tissue_reach(scene, tissue)),
         wiring(w),
-        options(o) {
+        servo_tape(w.tapes.servo),
+        carver_tape(w.tapes.carver),
+        options(o),
+        tick(o.start) {
     surroundings = make_surroundings(scene.surroundings);
     if (auto surface = soft_gum(scene.surroundings)) {
       gum.emplace(std::move(surface), surroundings);
-      wiring.gum_to_headset = std::make_unique<GumChanges>();
     }
     if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
     mirror = scene_mirror = scene.mouth_mirror;
@@ -166,11 +170,24 @@ struct XrSession::Thread {
     publish_hand(nullptr);
     gate.done();
     if (debris) {
-      debris->follow(wiring, haptics::tool_set(servo));
+      follow_tapes();
       const std::lock_guard lock(mutex);
       debris_mass = debris->settle();
+      debris_mass->events_lost = servo_tape.lost();
     }
     enter(Phase::kOver, error);
+  }
+
+  /// Reads what servo and carver did since the last call.
+  void follow_tapes() {
+    for (ServoEvent event; servo_tape.next(event);) {
+      if (const auto* const next = std::get_if<ServoTick>(&event)) tick = *next;
+      const auto* const cut = std::get_if<Cut>(&event);
+      if (cut && debris) debris->add(*cut, haptics::tool_set(servo)[cut->tool]);
+      if (gum) gum->apply(event);
+    }
+    for (CarverEvent event; carver_tape.next(event);)
+      if (const auto* const piece = std::get_if<LoosePiece>(&event); piece && debris) debris->add(*piece);
   }
 
   void frame_loop(XrStage& stage) {
@@ -189,7 +206,6 @@ struct XrSession::Thread {
       }
     } in_use{debris};
     if (debris) debris->use(&stage.device());
-    ServoTick tick = options.start;
     double opacity = 1;
     std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
                                                       calibration::StillTouch(kStillController)},
@@ -202,9 +218,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      // Takes the changes of the gum from their channel, also while the headset is off. If this channel were full, the
-      // servo would send the changes to no picture, so the operator's picture would also stop changing.
-      if (gum) gum->take(*wiring.gum_to_headset);
+      follow_tapes();        // also while the headset is off, so that nothing is lost
       if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
@@ -212,10 +226,10 @@ struct XrSession::Thread {
         continue;
       }
       const display::HmdFrame frame = hmd.wait();
-      const Nanos woke = now();
+      const Nanos woke = now(), zero = wiring.session_zero;
       const double dt = to_seconds(woke - last_frame);
       last_frame = woke;
-      if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
+      follow_tapes();
       MeshBatch* batch = nullptr;
       while (wiring.bricks.pop(batch)) {
         const std::unique_ptr<MeshBatch> owned(batch);
@@ -226,17 +240,16 @@ struct XrSession::Thread {
         stage.show_gum(*gum);
       }
       if (debris) {
-        debris->follow(wiring, haptics::tool_set(servo));
         debris->hold(tick, haptics::tool_set(servo)[tick.tool]);
         debris->step(std::min(dt, 0.1));
         debris->count(work);
         stage.show_film(debris->film());
       }
       for (std::size_t i = 0; options.touches && i < 2; ++i)
-        if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], tick, still_tips[i], still_arms[i]);
+        if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], still_tips[i], still_arms[i]);
       const bool held = publish_hand(&frame);
       for (const display::HmdHand& hand : frame.hands)
-        if (hand.change_tool) choose_next_tool(tick);
+        if (hand.change_tool) choose_next_tool();
       hold_mirror(frame);
       if (fog) {
         fog->advance(std::min(dt, 0.1), mirror, fog->air(mirror, tick, debris && debris->spraying()));
@@ -253,15 +266,17 @@ struct XrSession::Thread {
                                      suction_tip};
       set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
       const dvec3 left_W = frame.eyes[0].position, right_W = frame.eyes[1].position;
-      if (const double ipd = glm::length(right_W - left_W); ipd > 0)
-        wiring.head_to_sound.publish({now(), 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
+      if (const double ipd = glm::length(right_W - left_W); ipd > 0 && zero != 0)
+        wiring.tapes.view.write(SeenFrom{woke - zero, 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
       const render::FrameStats drawn = stage.draw(frame, scenery);
       if (drawn.drawn) count_frame(drawn, work);
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
-      for (const display::HmdTiming& timing : hmd.timings())
-        if (options.record && began) wiring.xr_frames_to_recorder.push(timing);
+      for (display::HmdTiming timing : hmd.timings()) {
+        timing.t -= zero;
+        if (zero != 0) wiring.tapes.view.write(timing);
+      }
       if (!frame.draw) continue;
       frames.fetch_add(1, std::memory_order_relaxed);
       if (ladder.frame_took(to_seconds(now() - woke))) {
@@ -271,7 +286,7 @@ struct XrSession::Thread {
     }
   }
 
-  void take_touch(Nanos t, const display::HmdHand& controller, const ServoTick& tick, calibration::StillTouch& tip,
+  void take_touch(Nanos t, const display::HmdHand& controller, calibration::StillTouch& tip,
                   calibration::StillTouch& arm) {
     using Verdict = calibration::StillTouch::Verdict;
     const Verdict of_tip = tip.add(t, controller.X_DT.p, controller.pedal, false);
@@ -301,7 +316,7 @@ struct XrSession::Thread {
 
   /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill has
   /// stopped and the tool touches nothing.
-  void choose_next_tool(const ServoTick& tick) {
+  void choose_next_tool() {
     const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
     const std::int32_t chosen = wiring.chosen_tool;
     wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
@@ -346,10 +361,6 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
 
 XrSession::~XrSession() {
   stop();
-}
-
-void XrSession::start(Nanos began) {
-  thread_->began = began;
 }
 
 bool XrSession::step() {

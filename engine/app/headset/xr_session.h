@@ -21,7 +21,7 @@ class XrSession {
  public:
   struct Options {
     int tool_hand = -1;  // controller that holds the tool: 0 left, 1 right; −1: another device holds the tool
-    bool debris = false, record = false;
+    bool debris = false;
     std::string quality;    // name of the quality level; empty: chosen from the drawing times of the frames
     bool touches = false;   // true: the user's trigger captures a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
@@ -35,9 +35,7 @@ class XrSession {
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The next functions are called by the thread that runs the session. start() begins the recording of frame times, if
-  // the options request it. `began`: time of the session's start.
-  void start(Nanos began);
+  // The next functions are called by the thread that runs the session.
   /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the headset's runtime is
   /// lost, or if it has not answered for a time that the rig file states as `stall_s`.
   bool step();

@@ -75,17 +75,14 @@ class BrickQueue {
 };
 
 /// Executes a command. Returns true if the tissue changed.
-bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
-  Wiring& wiring = s.wiring;
+bool execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) {
   if (command == TissueCommand::kSave) {
     saver.start(s.carver, s.save);
     return false;
   }
   const bool redo = command == TissueCommand::kRedo;
-  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.snapshots()};
-  if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
+  if (!s.side.edit(redo)) return false;
   s.book.edited(redo, s.carver.strokes());
-  if (s.record) wiring.edits_to_recorder.push(edit);
   return true;
 }
 
@@ -115,49 +112,31 @@ struct CarverTurns::Impl {
   void pause() const {
     if (between) between();
   }
-  bool repeat_cuts();
-  void hand_over_pieces();
+  CarverSide::Read follow_servo();
   Done turn();
   void mesh();
 };
 
-bool CarverTurns::Impl::repeat_cuts() {
-  bool any = false;
-  Cut cut;
-  while (s.wiring.cuts_to_carver.pop(cut)) {
-    if (cut.index != s.carver.cuts() + 1) throw RunFailure("the carver was so late that a cut was lost");
-    s.carver.apply(cut);
+CarverSide::Read CarverTurns::Impl::follow_servo() {
+  return s.side.follow([&](const Cut& cut) {
     if (s.operated) s.book.cut(cut, s.carver.strokes());
-    any = true;
-  }
-  return any;
-}
-
-void CarverTurns::Impl::hand_over_pieces() {
-  for (const LoosePiece& piece : s.carver.take_pieces()) {
-    if (s.debris) s.wiring.pieces_to_debris.push(piece);
-    if (s.record) s.wiring.pieces_to_recorder.push(piece);
-  }
+  });
 }
 
 CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
-  done.worked = repeat_cuts();
-  // Tells the carver up to which time all cuts are applied, so that it can end a stroke after a pause. This is the time
-  // of the tick that the previous call of turn() received: repeat_cuts() has just applied all cuts up to this tick. A
-  // tick without a valid pose is not used.
-  if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
+  const CarverSide::Read before = follow_servo();
+  done.worked = before.cut;
   pause();
-  done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
-  hand_over_pieces();
+  done.awaited = s.side.keep_up();
   pause();
   TissueCommand command;
   // true: undo, redo or another edit changed the tissue, so the servo needs a new patch (copy of the tissue) before its
   // next cut
   bool edited = false;
   while (wiring.tissue_commands.pop(command)) {
-    edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
+    edited |= execute_command(s, command, saver);
     done.worked = true;
     pause();
   }
@@ -166,19 +145,16 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   while (wiring.paint_to_carver.pop(move)) {
     painted |= brush(s, move);
   }
+  // The tissue that the servo gets next shall contain its newest cuts.
+  const CarverSide::Read after = follow_servo();
+  done.worked |= after.cut;
   if (done.worked || painted) {
     const TissueState state = s.book.state(s.carver.strokes());
-    wiring.tissue_to_render.publish(state);
+    wiring.tapes.carver.write(state);
     wiring.tissue_version.store(state.version, std::memory_order_relaxed);
   }
-  if (wiring.tick_to_carver.fetch() || painted || edited) {
-    const ServoTick& tick = wiring.tick_to_carver.front();
-    if (is_finite(tick.X_WG.p) && (painted || s.carver.snapshot_due(tick))) {
-      pause();
-      wiring.patch.offer(s.carver, s.carver.snapshot_center(tick));
-      done.worked = true;
-    }
-  }
+  pause();
+  if (before.tick || after.tick || painted || edited) done.worked |= s.side.offer(/*due_only=*/!painted);
   mesh();
   if (wiring.copy_wanted.exchange(false)) {
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
@@ -187,7 +163,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   if (wiring.expert_wants_copy.exchange(false)) {
     // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
     // which may have arrived during this call of turn(). So waiting cuts are applied first.
-    repeat_cuts();
+    follow_servo();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
   }
@@ -218,8 +194,8 @@ CarverTurns::Done CarverTurns::turn() {
   return impl_->turn();
 }
 void CarverTurns::finish() {
-  impl_->repeat_cuts();
-  impl_->hand_over_pieces();
+  impl_->follow_servo();
+  impl_->s.side.write_pieces();
 }
 
 namespace {

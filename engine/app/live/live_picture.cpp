@@ -41,6 +41,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       session_(session),
       above_(above),
       left_hand_(left_hand),
+      left_(session.wiring.tapes.left),
       shown_(scene.servo),
       around_(make_surroundings(scene.surroundings)),
       reach_(tissue_reach(scene, session.carver.volume())),
@@ -50,7 +51,6 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
   if (left_hand || scene.mouth_mirror.diameter > 0) fog_ = mirror_fog_of(scene);
   if (!session.gum) return;
   gum_.emplace(session.gum, around_);
-  session.wiring.gum_to_render = std::make_unique<GumChanges>();
 }
 
 void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>& explanations) {
@@ -110,9 +110,7 @@ void LivePicture::drop() {
 }
 
 std::optional<DebrisBalance> LivePicture::settle_debris() {
-  if (!debris_) return std::nullopt;
-  debris_->follow(session_.wiring, haptics::tool_set(scene_.servo));
-  return debris_->settle();
+  return debris_ ? std::optional(debris_->settle()) : std::nullopt;
 }
 
 void LivePicture::close() {
@@ -144,8 +142,7 @@ void LivePicture::suck(bool on) {
   // m, distance of the nozzle from the tooth; the nozzle lies behind the tooth as the trainee sees it
   constexpr double kBeside = 9e-3;
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
-  if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)
-    nozzle.p_W = session_.wiring.suction_tip.front().X_WS.p;
+  if (X_WL_ && hand_holds_suction(scene_)) nozzle.p_W = X_WL_->p;
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
 }
 
@@ -225,24 +222,29 @@ void LivePicture::collect() {
 
 MouthMirror LivePicture::mirror_for(const Look& look) {
   if (!look.mirror) return {};
-  MouthMirror mirror =
-      left_hand_ && !hand_holds_suction(scene_) ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+  MouthMirror mirror = scene_.mouth_mirror;
+  if (left_hand_ && !hand_holds_suction(scene_)) mirror = X_WL_ ? held(scene_.mouth_mirror, *X_WL_) : MouthMirror();
   if (fog_ && mirror.diameter > 0) mirror.fog = fog_->fog();
   return mirror;
 }
 
 SuctionTip LivePicture::tip_for(const Look& look) {
   if (!look.debris) return {};
-  return left_hand_ && hand_holds_suction(scene_) ? session_.wiring.suction_tip.front() : scene_.suction_tip;
+  SuctionTip tip = scene_.suction_tip;
+  if (!left_hand_ || !hand_holds_suction(scene_)) return tip;
+  if (!X_WL_) return {};
+  tip.X_WS = *X_WL_;
+  return tip;
 }
 
 /// Records the state of the water and of the suction whenever it changes.
 void LivePicture::record_water() {
   const Nanos zero = session_.wiring.session_zero;
-  if (!session_.water_stream || zero == 0) return;
+  if (zero == 0) return;
   const WaterSwitch present{now() - zero, spraying(), sucking_};
   if (water_ && water_->spray == present.spray && water_->suction == present.suction) return;
-  if (session_.wiring.water_to_recorder.push(present)) water_ = present;
+  session_.wiring.tapes.view.write(present);
+  water_ = present;
 }
 
 /// Stores which pictures show the tissue. The carver thread meshes tissue only if a picture shows it.
@@ -295,7 +297,6 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
 
 void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work) {
   const std::span tools = haptics::tool_set(scene_.servo);
-  debris_->follow(session_.wiring, tools);
   debris_->hold(tick, tools[tick.tool]);
   debris_->step(std::min(dt, 0.1));
   debris_->count(work);
@@ -304,15 +305,24 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
 
 /// Updates the picture of the soft gum, which the tool deforms.
 void LivePicture::follow_gum(const ServoTick& tick) {
-  gum_->take(*session_.wiring.gum_to_render);
   gum_->follow(tick.t);
   if (stage_) stage_->show_gum(*gum_);
   if (own_stage_) own_stage_->show_gum(*gum_);
 }
 
-void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
-  Wiring& wiring = session_.wiring;
-  if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
+void LivePicture::apply(const ServoEvent& event) {
+  if (const auto* const cut = std::get_if<Cut>(&event); cut && debris_) {
+    debris_->add(*cut, haptics::tool_set(scene_.servo)[cut->tool]);
+  } else if (gum_) {
+    gum_->apply(event);
+  }
+}
+
+void LivePicture::apply(const CarverEvent& event) {
+  if (const auto* const piece = std::get_if<LoosePiece>(&event); piece && debris_) debris_->add(*piece);
+}
+
+void LivePicture::draw(const ServoTick& tick, const std::string& hint, WorkCounts& work) {
   if (frames_ > 0 && ++turns_since_first_ == 2)
     // Stores the time at which the first picture is certainly on the screen. The window shows a frame at the latest at
     // the second poll() after drawing it. So this time may be a little too late, but not too early.
@@ -324,10 +334,9 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
   if (debris_) move_debris(tick, dt, work);
-  if (left_hand_ && hand_holds_suction(scene_)) {
-    if (wiring.suction_tip.fetch() && debris_) suck(sucking_);
-  } else if (left_hand_) {
-    wiring.mouth_mirror.fetch();
+  if (haptics::HandSample sample; left_.newest(sample)) {
+    X_WL_ = sample.X_WT;
+    if (hand_holds_suction(scene_) && debris_) suck(sucking_);
   }
   if (fog_) {
     const MouthMirror mirror = mirror_for({});
@@ -377,10 +386,9 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
-  if (session_.record) {
-    wiring.pictures_to_recorder.push(
-        {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
-  }
+  if (zero != 0)
+    wiring.tapes.view.write(
+        PictureTiming{last_turn_ - zero, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
   // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
@@ -401,18 +409,16 @@ void LivePicture::frame_shown() {
   last_drawn_ = t;
 }
 
-/// Passes the pose of the user's head to the sound output. Records the viewpoint and the view whenever they change.
+/// Writes the viewpoint and the view to the tape whenever they change.
 void LivePicture::record_view() {
-  if (session_.sound && session_.sound->binaural())
-    session_.sound->listen(stage_->rig().head.eye_center, stage_->rig().head.right);
-  Wiring& wiring = session_.wiring;
-  const Nanos zero = wiring.session_zero;
-  if (!session_.head_stream || zero == 0) return;
+  const Nanos zero = session_.wiring.session_zero;
+  if (zero == 0) return;
   const display::Head& head = stage_->rig().head;
   const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage_->view()};
   if (seen_ && seen_->eye_W == now_seen.eye_W && seen_->right_W == now_seen.right_W && seen_->view == now_seen.view)
     return;
-  if (wiring.seen_to_recorder.push(now_seen)) seen_ = now_seen;
+  session_.wiring.tapes.view.write(now_seen);
+  seen_ = now_seen;
 }
 
 }  // namespace typodont

@@ -66,9 +66,11 @@ class LivePicture {
 
   /// Receives the changes of the tissue that the carver thread made since the last call.
   void collect();
+  /// Applies what the servo and the carver did to the debris and the soft gum.
+  void apply(const ServoEvent& event);
+  void apply(const CarverEvent& event);
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
-  /// `tick` receives the latest tick.
-  void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
+  void draw(const ServoTick& tick, const std::string& hint, WorkCounts& work);
   /// Draws the picture from the free viewpoint if it is requested and the interval since its last frame has passed.
   /// `dt`: s since the last pass of the drawing loop.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
@@ -124,6 +126,8 @@ class LivePicture {
   LiveSession& session_;
   const dvec3 above_;
   const bool left_hand_;
+  Tape<haptics::HandSample>::Reader left_;
+  std::optional<Pose> X_WL_;  // latest pose of the second hand
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
   Surroundings around_;                      // meshes of the tooth's surroundings

@@ -12,8 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the drawn soft gum
-constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
+constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end of a session
 // Faults that are an input of Servo::tick. All other faults are only results of a tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
@@ -26,7 +25,11 @@ bool in_contact(const ServoTick& tick) {
 }  // namespace
 
 ServoTurns::ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept)
-    : s_(s), hand_(hand), clock_(clock), period_(from_seconds(1 / hand.info().rate)) {}
+    : s_(s),
+      hand_(hand),
+      clock_(clock),
+      period_(from_seconds(1 / hand.info().rate)),
+      side_(*s.servo, s.wiring.tapes.servo, hand.info().rate) {}
 
 bool ServoTurns::turn() noexcept {
   LiveSession& s = s_;
@@ -36,11 +39,7 @@ bool ServoTurns::turn() noexcept {
   const Nanos woke = clock_(), cpu = thread_cpu_time();
   const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
   if (chosen >= 0) sample_.tool = static_cast<std::uint32_t>(chosen);
-  if (haptics::Snapshot* const fresh = wiring.patch.take(s.servo->snapshot(), tick_.cuts, woke)) {
-    const PatchUse use{fresh->number, ticks_, fresh->cuts, fresh->center_W};
-    s.servo->adopt(*fresh);
-    if (s.record) wiring.patches_to_recorder.push(use);
-  }
+  side_.take_patch(wiring.patch, woke);
   if (ticks_ == 0) wiring.session_zero = woke - sample_.t;
   const bool held = wiring.held.load(std::memory_order_relaxed);
   sample_.pedal = pedal_.pass(sample_.pedal, held);
@@ -63,42 +62,11 @@ bool ServoTurns::turn() noexcept {
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;
   if (++ticks_ == 1) s.first_tick = wrote;
-  if ((wiring.gum_to_render || wiring.gum_to_headset) && ++ticks_since_gum_ * period_ >= kGumInterval) send_gum();
-  if (did_cut) {
-    if (!wiring.cuts_to_carver.push(cut_)) tick_.faults |= bits(Fault::kRingFull);
-    if (s.record) wiring.cuts_to_recorder.push(cut_);
-    if (s.debris) wiring.cuts_to_debris.push(cut_);
-  }
-  wiring.tick_to_carver.publish(tick_);
-  // Sends the tick to the sound first. A sound file is synthesized up to the latest published tick, so the sound must
-  // already have this tick when it is published.
-  if (s.sound) s.sound->push(tick_);
-  if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
-  if (s.record) wiring.ticks_to_recorder.push(tick_);
-  // If the ring to the stream thread is full, the ring counts the tick as lost, and the session continues.
-  if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
+  side_.write(tick_, did_cut ? &cut_ : nullptr);
   s.faults |= tick_.faults;
-  wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
   s.last = tick_;
   s.loop->tick(woke, wrote, hand.safety());
-  if (s.operated) wiring.ticks_to_score.push(tick_);
   return true;
-}
-
-void ServoTurns::send_gum() noexcept {
-  ticks_since_gum_ = 0;
-  haptics::SoftTissue& gum = *s_.servo->soft();
-  const std::array<GumChanges*, 2> pictures{s_.wiring.gum_to_render.get(), s_.wiring.gum_to_headset.get()};
-  gum.send_moves([&](const haptics::SoftMove& move) {
-    for (GumChanges* picture : pictures)
-      if (picture && !picture->moves.has_room()) return false;
-    for (GumChanges* picture : pictures)
-      if (picture) picture->moves.push(move);
-    return true;
-  });
-  for (; wounds_sent_ < gum.wounds().size(); ++wounds_sent_)
-    for (GumChanges* picture : pictures)
-      if (picture) picture->wounds.push(gum.wounds()[wounds_sent_]);
 }
 
 void ServoTurns::send() noexcept {

@@ -11,13 +11,12 @@
 #include <vector>
 
 #include "engine/app/hands/hands.h"
-#include "engine/app/recording/session_record.h"
 #include "engine/app/scene.h"
-#include "engine/app/sound_link.h"
+#include "engine/app/session_recorder.h"
+#include "engine/app/sides.h"
 #include "engine/app/stream/state_stream.h"
 #include "engine/app/tissue/stroke_book.h"
 #include "engine/app/wiring.h"
-#include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/force_delay.h"
 #include "haptics/haptic_device.h"
@@ -32,6 +31,7 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
+  CarverSide side{carver, wiring.patch, wiring.tapes};  // carver thread only
   std::optional<haptics::Servo> servo;  // the servo of the session; it is created as soon as the hand's device is known
   std::optional<haptics::ForceDelay>
       delay;  // delays the force; empty if the session does not delay forces; used only by the servo thread
@@ -41,23 +41,12 @@ struct LiveSession {
   Nanos first_tick = 0;                // servo thread only: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;  // true: the newest tick is published for the render thread even if nothing is drawn
   /// true: each brick (mesh block) is sent both to a headset and to the operator's picture
   bool watched = false;
   StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
   /// ns, time between two searches for changed bricks (blocks of the tissue's mesh); at least the duration of a frame
   Nanos mesh_interval = 16'000'000;
-  std::size_t xr_stream = 0;       // index of the recorded stream that contains a headset's frames
-  std::size_t picture_stream = 0;  // index of the recorded stream that contains a screen's frames
-  SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;  // index of the recorded stream that contains a second hand's samples
-  /// index of the recorded stream with the position of the user's head; empty without a screen
-  std::optional<std::size_t> head_stream;
-  /// index of the recorded stream that contains the state of water and suction; empty without debris
-  std::optional<std::size_t> water_stream;
-  /// recorder thread only: finds events (change of tool, fault) in the ticks; empty without a recording
-  std::optional<TickNotes> notes;
   std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   // carver thread only: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
@@ -95,8 +84,6 @@ class ServoTurns {
  private:
   /// Sends the tick's force and torque to the hand.
   void send() noexcept;
-  /// Sends the changes of the soft gum to the picture.
-  void send_gum() noexcept;
 
   LiveSession& s_;
   haptics::HapticDevice& hand_;
@@ -108,8 +95,7 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
-  std::int64_t ticks_since_gum_ = 0;  // number of ticks since the last call of send_gum()
-  std::size_t wounds_sent_ = 0;       // number of gum wounds that were sent to the picture so far
+  ServoSide side_;
 };
 
 /// The loop of the carver thread. Each call of turn() runs the loop once.
@@ -134,29 +120,13 @@ class CarverTurns {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The recorder's loop. Each call of turn() runs the loop once.
-class RecorderTurns {
- public:
-  RecorderTurns(LiveSession& s, session::SessionWriter& writer) : s_(s), writer_(writer) {}
-  /// Writes all data that waits in the rings to the file.
-  void turn();
-
- private:
-  LiveSession& s_;
-  session::SessionWriter& writer_;
-  render::View viewed_ = render::View::kLook;
-  // the writer's state that was last reported in the log
-  session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;
-};
-
 /// The loop that publishes the session's state to other programs. Each call of turn() runs the loop once.
 class StreamTurns {
  public:
-  /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
-  /// run before the servo starts.
+  /// `rate`: number of published states per second.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the ring that the servo fills. Publishes all new events, and also the latest tick if the interval since the
-  /// last published tick has passed.
+  /// Reads the servo's tape. Publishes all new events, and also the latest tick if the interval since the last
+  /// published tick has passed.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -166,9 +136,11 @@ class StreamTurns {
   StateStream& stream_;
   const Nanos interval_;
   std::vector<std::string> tools_;
+  Tape<ServoEvent>::Reader servo_;
   bool begun_ = false;
-  Nanos told_ = 0;  // ns, time at which the last state was published
-  ServoTick tick_;  // the latest tick that the ring contained
+  Nanos told_ = 0;                     // ns, time at which the last state was published
+  ServoTick tick_;                     // the latest tick on the tape
+  std::uint64_t lost_ = 0, next_ = 0;  // number of ticks that the tape no longer contained; index after the latest tick
 };
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
@@ -176,8 +148,8 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 /// Owns the tissue. Repeats the servo's cuts on it, copies patches (the tissue around the tool) from it for the servo,
 /// meshes its changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
-/// Writes the data for the recording, which the other threads put into rings, to the file.
-void recorder_thread(LiveSession& s, session::SessionWriter& writer);
+/// Writes what is on the tapes to the file.
+void recorder_thread(LiveSession& s, SessionRecorder& recorder);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);
 

@@ -11,37 +11,39 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kTicksWaiting = 1 << 12;  // capacity of the ring, number of ticks; 0.4 s at 10 kHz
 constexpr auto kTurn = 2ms;
 
 }  // namespace
 
 StreamTurns::StreamTurns(LiveSession& s, StateStream& stream, double rate)
-    : s_(s), stream_(stream), interval_(from_seconds(1 / rate)), tools_(tool_names(s.scene)) {
-  s.wiring.ticks_to_stream = std::make_unique<Ring<ServoTick>>(kTicksWaiting);
-}
+    : s_(s),
+      stream_(stream),
+      interval_(from_seconds(1 / rate)),
+      tools_(tool_names(s.scene)),
+      servo_(s.wiring.tapes.servo) {}
 
 void StreamTurns::turn() {
-  Ring<ServoTick>& ring = *s_.wiring.ticks_to_stream;
-  ServoTick tick;
-  while (ring.pop(tick)) {
+  for (ServoEvent event; servo_.next(event);) {
+    const auto* const tick = std::get_if<ServoTick>(&event);
+    if (!tick) continue;
     if (!begun_) stream_.begin(s_.wiring.session_zero.load());
-    if (!begun_ || tick.tool != tick_.tool) stream_.event(tick.t, "tool", tools_[tick.tool]);
-    for (std::uint32_t began = tick.faults & ~tick_.faults; began != 0; began &= began - 1)
-      stream_.event(tick.t, "fault", std::string(session::fault_name(1u << std::countr_zero(began))));
-    const bool due = !begun_ || tick.t - told_ >= interval_;
+    if (!begun_ || tick->tool != tick_.tool) stream_.event(tick->t, "tool", tools_[tick->tool]);
+    for (std::uint32_t began = tick->faults & ~tick_.faults; began != 0; began &= began - 1)
+      stream_.event(tick->t, "fault", std::string(session::fault_name(1u << std::countr_zero(began))));
+    const bool due = !begun_ || tick->t - told_ >= interval_;
     begun_ = true;
-    tick_ = tick;
+    lost_ += tick->index - std::exchange(next_, tick->index + 1);
+    tick_ = *tick;
     if (!due) continue;
-    told_ = tick.t;
-    stream_.state(tick, ring.dropped());
+    told_ = tick_.t;
+    stream_.state(tick_, lost_);
   }
   stream_.turn();
 }
 
 void StreamTurns::end() {
   turn();
-  if (begun_) stream_.state(tick_, s_.wiring.ticks_to_stream->dropped());
+  if (begun_) stream_.state(tick_, lost_);
   stream_.event(tick_.t, "end", "");
   stream_.turn();
 }

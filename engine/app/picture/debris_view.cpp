@@ -135,13 +135,6 @@ void DebrisView::add(const LoosePiece& piece) {
   emit(cut, piece.radius);
 }
 
-void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
-  Cut cut;
-  while (wiring.cuts_to_debris.pop(cut)) add(cut, tray[cut.tool]);
-  LoosePiece piece;
-  while (wiring.pieces_to_debris.pop(piece)) add(piece);
-}
-
 /// Applies a cut to the coarse distance field, so that water flows into the cavity.
 void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
   Water& water = *water_;
@@ -206,8 +199,8 @@ DebrisBalance DebrisView::settle() {
   for (std::size_t t = 0; t < kTissueCount; ++t) ledger.born[t] += given_[t], given += given_[t];
   ledger.dropped += given_dropped_;
   if (given > 0) ledger.alive = ledger.decayed = ledger.sucked = std::numeric_limits<double>::quiet_NaN();
-  if (!water_) return {ledger, std::nullopt, std::nullopt};
-  return {ledger, water_->spray.ledger(), water_->film.ledger()};
+  if (!water_) return {ledger, std::nullopt, std::nullopt, 0};
+  return {ledger, water_->spray.ledger(), water_->film.ledger(), 0};
 }
 
 void DebrisView::emit(const Cut& cut, double radius) {

@@ -9,7 +9,7 @@
 #include "engine/app/picture/film_picture.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/wiring.h"
+#include "engine/app/tapes.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/nozzles.h"
 #include "engine/debris/debris.h"
@@ -44,6 +44,7 @@ struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
+  std::uint64_t events_lost = 0;  // number of the servo's events, at most that many cuts, that made no chips
 };
 
 /// Creates and moves chips and water, and makes their picture. With nozzles, the CPU moves the chips, because chips
@@ -61,9 +62,6 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// Replaces a loose piece of tissue by chips at its position.
   void add(const LoosePiece& piece);
-  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; a cut
-  /// states its tool as an index in this set.
-  void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
   /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the

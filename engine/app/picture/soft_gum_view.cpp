@@ -107,18 +107,16 @@ void SoftGumView::mark(std::uint32_t brick) {
 }
 
 void SoftGumView::take(haptics::SoftTissue& tissue) {
-  tissue.send_moves([&](const haptics::SoftMove& moved) {
-    move(moved);
-    return true;
-  });
+  tissue.send_moves([&](const haptics::SoftMove& moved) { return move(moved), true; });
   for (const haptics::SoftWound& wound : tissue.wounds().subspan(wounds_.size())) bleed(wound);
 }
 
-void SoftGumView::take(GumChanges& changes) {
-  haptics::SoftMove moved;
-  while (changes.moves.pop(moved)) move(moved);
-  haptics::SoftWound wound;
-  while (changes.wounds.pop(wound)) bleed(wound);
+void SoftGumView::apply(const ServoEvent& event) {
+  if (const auto* const moves = std::get_if<GumMoves>(&event)) {
+    for (const haptics::SoftMove& moved : std::span(moves->points).first(moves->count)) move(moved);
+  } else if (const auto* const wound = std::get_if<haptics::SoftWound>(&event)) {
+    bleed(*wound);
+  }
 }
 
 void SoftGumView::reset() {

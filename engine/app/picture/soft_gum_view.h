@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/wiring.h"
+#include "engine/app/tapes.h"
 #include "engine/render/renderer.h"
 #include "haptics/soft_tissue.h"
 
@@ -35,8 +35,8 @@ class SoftGumView {
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
   /// Applies all changes of the soft tissue since the last call. Used by programs with one thread.
   void take(haptics::SoftTissue& tissue);
-  /// Applies all changes that the servo thread has sent to this picture.
-  void take(GumChanges& changes);
+  /// Applies moved points and wounds; other events change nothing.
+  void apply(const ServoEvent& event);
   /// Restores the state of an undamaged and undeformed gum.
   void reset();
   /// Computes the bricks (mesh blocks) that have changed. `t`: time in the session, ns.

@@ -11,7 +11,7 @@
 
 #include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"

@@ -8,7 +8,6 @@
 #include "engine/app/assets.h"
 #include "engine/app/recording/replay.h"
 #include "engine/base/error.h"
-#include "engine/base/units.h"
 
 namespace typodont {
 
@@ -66,42 +65,6 @@ StoredTissue stored_tissue(const std::filesystem::path& file, const std::functio
   StoredTissue stored{tissue_at_end(reader, scene, std::move(start)), scene.servo.materials, draws_own_surface(scene)};
   stored.volume.set_place(place);
   return stored;
-}
-
-session::SessionEvent event_of(const StrokeEdit& edit) {
-  const nlohmann::ordered_json text{{"cuts", edit.cuts}, {"patches", edit.patches}};
-  return {edit.t, edit.redo ? session::EventKind::kRedo : session::EventKind::kUndo, text.dump()};
-}
-
-session::SessionEvent event_of(const LoosePiece& piece) {
-  nlohmann::ordered_json text{{"cut", piece.cut}};
-  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(std::round(piece.center_W[axis] * 1e6) / 1e3);
-  for (int i = 1; i < kTissueCount; ++i) {
-    const double mm3 = piece.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
-    if (mm3 > 0) text["mm3"][std::string(name_of(static_cast<Tissue>(i)))] = mm3;
-  }
-  return {piece.t, session::EventKind::kPiece, text.dump()};
-}
-
-std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {
-  if (event.kind != session::EventKind::kUndo && event.kind != session::EventKind::kRedo) return std::nullopt;
-  const Json json = Json::parse(event.text, "session event");
-  json.allow_only({"cuts", "patches"});
-  const auto count = [&](const char* key, double most) {
-    const double n = json[key].number();
-    if (!(n >= 0 && n <= most && n == std::floor(n))) json[key].fail("a count");
-    return n;
-  };
-  return StrokeEdit{event.t, event.kind == session::EventKind::kRedo, static_cast<std::uint64_t>(count("cuts", 9e15)),
-                    static_cast<std::uint32_t>(count("patches", 4e9))};
-}
-
-std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
-  std::vector<StrokeEdit> edits;
-  for (const session::SessionEvent& event : session.events()) {
-    if (const auto edit = edit_of(event)) edits.push_back(*edit);
-  }
-  return edits;
 }
 
 }  // namespace typodont

@@ -4,11 +4,8 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
-#include <vector>
 
 #include "engine/app/scene.h"
-#include "engine/app/wiring.h"
 #include "engine/session/session_file.h"
 
 namespace typodont {
@@ -32,16 +29,5 @@ struct StoredTissue {
 /// Loads the tissue of a volume (.vdb), of a scene, or of a session (.h5) at its end. `progress` is called with 0..1
 /// and may throw. Throws Error.
 StoredTissue stored_tissue(const std::filesystem::path& file, const std::function<void(double)>& progress = {});
-
-/// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an
-/// empty optional. Throws Error if the text of the event is damaged.
-session::SessionEvent event_of(const StrokeEdit& edit);
-std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
-
-/// Returns all undos and redos of a recording, in order.
-std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
-
-/// Makes the event for a loose piece of tissue. Only the report uses this event; a replay computes the piece again.
-session::SessionEvent event_of(const LoosePiece& piece);
 
 }  // namespace typodont

@@ -388,13 +388,14 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
   const int times = std::max(1, options.loops);
   clock.loop = times > 1;
   const double length = (clock.to - clock.from) / std::abs(clock.speed) * times;
+  Tapes tapes;
   std::optional<SoundLink> sound;
   fs::path wav;
   SessionPlayer& player = playback.first().player();
   if (options.speed == 1 && times == 1 && player.scene().needs("sound")) {
     wav = options.film;
     wav += ".wav";
-    sound.emplace("wav:" + wav.string(), player.scene(), /*live=*/false);
+    sound.emplace("wav:" + wav.string(), player.scene(), tapes, /*live=*/false);
   }
   const auto remove_wav = [&] {
     std::error_code code;
@@ -426,7 +427,7 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
           if (ticks[tick].t >= zero) {
             ServoTick shifted = ticks[tick];
             shifted.t -= zero;
-            sound->push(shifted);
+            tapes.servo.write(shifted);
           }
           ++tick;
         }

@@ -6,6 +6,7 @@
 
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/session_recorder.h"
 #include "engine/base/error.h"
 
 namespace typodont {

@@ -81,7 +81,7 @@ CoreObject::CoreObject(Scene s, haptics::DeviceInfo h)
     : scene(std::move(s)),
       hand(std::move(h)),
       tools(static_cast<std::uint32_t>(haptics::tool_set(scene.servo).size())),
-      shared(new Shared{load_lock_step(scene, hand), nullptr}) {}
+      shared(new Shared{load_lock_step(scene, hand), nullptr, nullptr}) {}
 
 CoreObject::~CoreObject() {
   if (!recording) return;
@@ -97,10 +97,19 @@ bool CoreObject::step(const haptics::HandSample& sample) {
     if (did_cut) (void)steps.carver().take_pieces();
     return did_cut;
   }
-  const SessionFiles files;
-  recording->add(tick, did_cut ? &cut : nullptr, steps.fresh_snapshot());
-  for (const LoosePiece& piece : steps.carver().take_pieces()) recording->add(piece);
+  Tapes& tapes = *shared->tapes;
+  if (const PatchUse* const use = steps.fresh_snapshot()) tapes.servo.write(*use);
+  if (did_cut) tapes.servo.write(cut);
+  tapes.servo.write(tick);
+  for (const LoosePiece& piece : steps.carver().take_pieces()) tapes.carver.write(piece);
+  record();
   return did_cut;
+}
+
+void CoreObject::record() {
+  if (!recording) return;
+  const SessionFiles files;
+  recording->turn();
 }
 
 namespace {
@@ -109,66 +118,22 @@ namespace {
 /// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. Returns false if there
 /// was nothing to do.
 bool carve(CoreObject& core) {
-  Channels& channels = *core.shared->channels;
-  haptics::Carver& carver = core.carver();
-  bool worked = false;
-  Cut cut;
-  while (channels.cuts.pop(cut)) {
-    if (cut.index != carver.cuts() + 1) throw RunFailure("typodont_core_carve came so late that a cut was lost");
-    carver.apply(cut);
-    worked = true;
-  }
-  if (!(core.tick.faults & haptics::kNoPose)) carver.rest(core.tick.t);
-  channels.patch.keep_up(carver, core.tick.patch);
-  for (const LoosePiece& piece : carver.take_pieces()) {
-    if (!core.recording) continue;
-    const SessionFiles files;
-    core.recording->add(piece);
-  }
-  if (channels.tick.fetch()) {
-    core.tick = channels.tick.front();
-    if (is_finite(core.tick.X_WG.p) && carver.snapshot_due(core.tick)) {
-      channels.patch.offer(carver, carver.snapshot_center(core.tick));
-      worked = true;
-    }
-  }
-  if (core.recording) {
-    if (channels.recorded_ticks.dropped() + channels.recorded_cuts.dropped() + channels.recorded_patches.dropped() > 0)
-      throw RunFailure("typodont_core_carve came so late that ticks of the recording were lost");
-    const SessionFiles files;
-    const std::size_t ready = channels.recorded_ticks.ready();
-    const auto peek = [](auto& ring, auto& next) {
-      typename std::remove_reference_t<decltype(next)>::value_type value;
-      if (!next && ring.pop(value)) next = value;
-    };
-    ServoTick tick;
-    for (std::size_t i = 0; i < ready && channels.recorded_ticks.pop(tick); ++i) {
-      peek(channels.recorded_patches, core.next_patch);
-      peek(channels.recorded_cuts, core.next_cut);
-      const bool its_patch = core.next_patch && core.next_patch->first_tick == tick.index;
-      const bool its_cut = core.next_cut && core.next_cut->tick == tick.index;
-      core.recording->add(tick, its_cut ? &*core.next_cut : nullptr, its_patch ? &*core.next_patch : nullptr);
-      if (its_patch) core.next_patch.reset();
-      if (its_cut) core.next_cut.reset();
-    }
-    worked = worked || ready > 0;
-  }
-  return worked;
+  const CarverSide::Read found = core.side->follow([](const Cut&) {});
+  core.side->keep_up();
+  const bool offered = found.tick && core.side->offer(/*due_only=*/true);
+  core.tick = core.side->tick();
+  core.record();
+  return found.cut || offered || (core.recording && found.tick);
 }
 
 typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
   return with(handle, [&](CoreObject& core) {
-    haptics::Carver& carver = core.carver();
-    const StrokeEdit edit{core.tick.t, redo, carver.cuts(), carver.snapshots()};
-    const bool did = redo ? carver.redo() : carver.undo();
-    if (did && core.recording) {
-      const SessionFiles files;
-      core.recording->add(edit);
-    }
+    Tapes* const tapes = core.shared->tapes.get();
+    const bool did = edit_stroke(core.carver(), redo, core.tick.t, tapes ? &tapes->carver : nullptr);
+    core.record();
     // Passes a copy of the edited tissue (a patch) to the servo at once, before the servo makes its next cut. In the
     // new patch, the servo repeats only the cuts that it made after the patch was copied.
-    if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
-      core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
+    if (did && core.side) core.side->offer(/*due_only=*/false);
     if (done) *done = did;
   });
 }
@@ -219,7 +184,7 @@ typodont_result typodont_core_tick(typodont_core* core, const typodont_sample* s
   return with(core, [&](CoreObject& c) {
     if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);
     if (sample->tool >= c.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
-    if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
+    if (c.shared->patch) return fail(TYPODONT_BAD_INPUT, kGivenAway);
     const IeeeArithmetic ieee;
     prefetch(*out);
     const bool did_cut = c.step(to_hand(*sample));
@@ -232,7 +197,7 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
   return with(core, [&](CoreObject& c) {
     require(count, "NULL for the place of the count");
     require(!ticks || capacity == 0 || sized(ticks->struct_size, sizeof *ticks), kBadSize);
-    if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
+    if (c.shared->patch) return fail(TYPODONT_BAD_INPUT, kGivenAway);
     const HandleLock<typodont_hand> held(hand);
     if (!held) return held.why();
     const IeeeArithmetic ieee;
@@ -259,15 +224,15 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
     constexpr double kWorkspace = 100;
     require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
             "the place where the tool starts: NULL, not finite, or too far away");
-    require(!c.shared->channels, "the servo was given away already");
+    require(!c.shared->patch, "the servo was given away already");
     require(c.ticks == 0, "the servo can be given away before the first tick only");
-    auto servo = std::make_unique<ServoObject>();
-    servo->shared = c.shared;
-    servo->tools = c.tools;
-    c.shared->channels = std::make_unique<Channels>(c.carver());
-    c.shared->records = c.recording.has_value();
+    if (!c.shared->tapes) c.shared->tapes = std::make_unique<Tapes>();
+    c.shared->patch = std::make_unique<haptics::PatchExchange>(c.carver());
     c.tick.X_WT.p = c.tick.X_WG.p = to_vec(start_W);
-    c.shared->channels->patch.offer(c.carver(), c.tick.X_WG.p);
+    c.side.emplace(c.carver(), *c.shared->patch, *c.shared->tapes, c.tick);
+    c.shared->patch->offer(c.carver(), c.tick.X_WG.p);
+    auto servo = std::make_unique<ServoObject>(
+        ServoObject{c.shared, {c.shared->steps.servo(), c.shared->tapes->servo, c.hand.rate}, c.tools, {}, {}});
     *out = make_handle<typodont_servo>(std::move(servo));
   });
 }
@@ -280,28 +245,16 @@ typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample
   if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);
   if (sample->tool >= s.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
   const IeeeArithmetic ieee;
-  Channels& channels = *s.shared->channels;
-  haptics::Servo& core = s.shared->steps.servo();
-  if (haptics::Snapshot* const fresh = channels.patch.take(core.snapshot(), s.tick.cuts, now())) {
-    const PatchUse use{fresh->number, s.ticks, fresh->cuts, fresh->center_W};
-    core.adopt(*fresh);
-    if (s.shared->records) channels.recorded_patches.push(use);
-  }
-  const bool did_cut = core.tick(to_hand(*sample), s.tick, s.cut);
+  s.side.take_patch(*s.shared->patch, now());
+  const bool did_cut = s.shared->steps.servo().tick(to_hand(*sample), s.tick, s.cut);
   s.tick.cpu_time = 0;
-  ++s.ticks;
-  if (did_cut && !channels.cuts.push(s.cut)) s.tick.faults |= bits(Fault::kRingFull);
-  if (s.shared->records) {
-    if (did_cut) channels.recorded_cuts.push(s.cut);
-    channels.recorded_ticks.push(s.tick);
-  }
-  channels.tick.publish(s.tick);
+  s.side.write(s.tick, did_cut ? &s.cut : nullptr);
   return answer(s.tick, did_cut, s.cut, out, cut);
 }
 
 typodont_result typodont_core_carve(typodont_core* core, int32_t* worked) {
   return with(core, [&](CoreObject& c) {
-    require(c.shared->channels != nullptr, "the servo was not given away: typodont_core_tick does all");
+    require(c.shared->patch != nullptr, "the servo was not given away: typodont_core_tick does all");
     const IeeeArithmetic ieee;
     const bool any = carve(c);
     if (worked) *worked = any;
@@ -447,16 +400,17 @@ typodont_result typodont_core_record(typodont_core* core, const char* file, cons
   return with(core, [&](CoreObject& c) {
     require(file, "NULL for the file");
     require(!c.recording, "it is being recorded already");
-    require(c.ticks == 0 && !c.shared->channels, "a recording begins before the first tick");
+    require(c.ticks == 0 && !c.shared->patch, "a recording begins before the first tick");
     const SessionFiles files;
-    c.recording.emplace(file, c.scene, c.hand, c.volume(), trainee ? trainee : "");
+    c.shared->tapes = std::make_unique<Tapes>();
+    c.recording.emplace(file, c.scene, c.hand, c.volume(), *c.shared->tapes, trainee ? trainee : "");
   });
 }
 
 typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
-    if (c.shared->channels) {
+    if (c.shared->patch) {
       // Largest number of calls of carve(). These calls finish the work that existed before this function was called.
       // The servo may add new work meanwhile, so without a limit the loop might never end.
       constexpr int kRounds = 64;

@@ -1,17 +1,15 @@
 // The objects to which the handles of scenes, hands and cores refer.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/offline.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/scene.h"
-#include "engine/app/wiring.h"
-#include "engine/base/latest.h"
-#include "engine/base/ring.h"
+#include "engine/app/sides.h"
 #include "engine/bindings/c/call.h"
 #include "engine/surface/surface_mesher.h"
 #include "haptics/lockstep.h"
@@ -29,21 +27,6 @@ struct HandObject {
   std::unique_ptr<haptics::HapticDevice> device;
 };
 
-/// The channels between the servo's thread and the core's thread. Each channel has one writer and one reader.
-struct Channels {
-  explicit Channels(const haptics::Carver& carver) : patch(carver) {}
-  // The servo writes these channels, and the core reads them.
-  Ring<Cut> cuts{1 << 14};
-  Latest<ServoTick> tick;
-  // The servo writes these channels for the recording. A tick contains the number of its patch (copy of the tissue) and
-  // of its last cut. So the servo sends the use of a patch, and a cut, before the tick that contains their numbers.
-  Ring<PatchUse> recorded_patches{1 << 12};
-  Ring<Cut> recorded_cuts{1 << 14};
-  Ring<ServoTick> recorded_ticks{1 << 15};
-  // The core writes this channel, and the servo reads it.
-  haptics::PatchExchange patch;
-};
-
 struct CoreObject {
   CoreObject(Scene s, haptics::DeviceInfo h);
   ~CoreObject();
@@ -57,20 +40,17 @@ struct CoreObject {
   /// thread uses the class Carver.
   struct Shared {
     haptics::LockStep steps;
-    std::unique_ptr<Channels> channels;  // null while the servo runs on the core's thread
-    bool records = false;  // true if the servo's data is recorded; set before the servo moves to another thread
+    std::unique_ptr<Tapes> tapes;                   // null if nobody reads them
+    std::unique_ptr<haptics::PatchExchange> patch;  // null while the servo runs on the core's thread
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
   // Every tick uses `recording` and the members below it. They are next to each other in memory, so that the cache
   // loads them together.
-  std::optional<OfflineRecording> recording;
+  std::optional<SessionRecorder> recording;
   ServoTick tick;  // the latest tick
   Cut cut;
-  // The next patch use (patch: copy of the tissue) and the next cut from the servo's queues. They wait here until the
-  // recording has reached the tick that contains their numbers.
-  std::optional<PatchUse> next_patch;
-  std::optional<Cut> next_cut;
+  std::optional<CarverSide> side;  // empty while the servo runs on the core's thread
 
   // Converts the tissue's surface to triangles. This member and the following ones belong to the surface mesh.
   surface::SurfaceMesher mesher;
@@ -83,12 +63,14 @@ struct CoreObject {
   /// Computes one tick of servo and carver together on this thread, and records it if a recording exists. Returns true
   /// if the tick removed tissue.
   bool step(const haptics::HandSample& sample);
+  /// Writes new events to the recording, if one exists.
+  void record();
 };
 
 struct ServoObject {
   std::shared_ptr<CoreObject::Shared> shared;
+  ServoSide side;
   std::uint32_t tools;
-  std::uint64_t ticks = 0;
   ServoTick tick;
   Cut cut;
 };

@@ -320,7 +320,6 @@ const std::vector<FaultName>& fault_names() {
       {Fault::kForceLimit, "force_limit"},
       {Fault::kDeepPenetration, "deep_penetration"},
       {Fault::kDeviceLost, "device_lost"},
-      {Fault::kRingFull, "ring_full"},
       {Fault::kSlewLimit, "slew_limit"},
       {Fault::kOverrun, "overrun"},
       {Fault::kLetGo, "let_go"},

@@ -1,9 +1,15 @@
-#include "engine/app/recording/session_record.h"
+#include "engine/app/session_recorder.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <system_error>
+#include <utility>
 
 #include "engine/app/assets.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/session/hash.h"
 #include "haptics/solid.h"
 
@@ -202,6 +208,156 @@ session::SessionResult session_result(const haptics::TissueVolume& tissue) {
   result.has_volumes = true;
   result.field_hash = tissue.hash();
   return result;
+}
+
+session::SessionEvent event_of(const StrokeEdit& edit) {
+  const nlohmann::ordered_json text{{"cuts", edit.cuts}, {"patches", edit.patches}};
+  return {edit.t, edit.redo ? session::EventKind::kRedo : session::EventKind::kUndo, text.dump()};
+}
+
+session::SessionEvent event_of(const LoosePiece& piece) {
+  nlohmann::ordered_json text{{"cut", piece.cut}};
+  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(std::round(piece.center_W[axis] * 1e6) / 1e3);
+  for (int i = 1; i < kTissueCount; ++i) {
+    const double mm3 = piece.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
+    if (mm3 > 0) text["mm3"][std::string(name_of(static_cast<Tissue>(i)))] = mm3;
+  }
+  return {piece.t, session::EventKind::kPiece, text.dump()};
+}
+
+std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {
+  if (event.kind != session::EventKind::kUndo && event.kind != session::EventKind::kRedo) return std::nullopt;
+  const Json json = Json::parse(event.text, "session event");
+  json.allow_only({"cuts", "patches"});
+  const auto count = [&](const char* key, double most) {
+    const double n = json[key].number();
+    if (!(n >= 0 && n <= most && n == std::floor(n))) json[key].fail("a count");
+    return n;
+  };
+  return StrokeEdit{event.t, event.kind == session::EventKind::kRedo, static_cast<std::uint64_t>(count("cuts", 9e15)),
+                    static_cast<std::uint32_t>(count("patches", 4e9))};
+}
+
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  return edits;
+}
+
+namespace {
+
+std::optional<std::size_t> stream_of(const session::SessionHeader& header, const session::StreamSpec& spec) {
+  const auto& streams = header.streams;
+  const auto at = std::ranges::find(streams, spec.name, &session::StreamSpec::name);
+  return at == streams.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - streams.begin()));
+}
+
+session::SessionHeader timeless_header(const Scene& scene, const haptics::DeviceInfo& hand,
+                                       const haptics::TissueVolume& tissue, const std::string& trainee) {
+  session::SessionHeader header = session_header(scene, {}, hand, tissue, hand.rate);
+  header.trainee = trainee;
+  header.date.clear();
+  return header;
+}
+
+session::WriterOptions whole_or_nothing() {
+  session::WriterOptions options;
+  options.whole_or_nothing = true;
+  return options;
+}
+
+}  // namespace
+
+SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene& scene,
+                                 const session::SessionHeader& header, const Tapes& tapes,
+                                 const session::WriterOptions& options, std::function<double()> sound_latency)
+    : writer_(file, header, options),
+      notes_(scene, stream_of(header, sound_stream())),
+      sound_latency_(std::move(sound_latency)),
+      left_(stream_of(header, left_hand_stream())),
+      head_(stream_of(header, head_stream())),
+      water_(stream_of(header, water_stream())),
+      picture_(stream_of(header, picture_stream())),
+      headset_(stream_of(header, xr_stream())),
+      servo_(tapes.servo),
+      carver_(tapes.carver),
+      view_(tapes.view),
+      hand_(tapes.left),
+      loop_(tapes.loop) {}
+
+SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
+                                 const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee)
+    : SessionRecorder(file, scene, timeless_header(scene, hand, tissue, trainee), tapes, whole_or_nothing()) {}
+
+void SessionRecorder::store(const ServoTick& tick) {
+  lost_ticks_ += tick.index - std::exchange(next_tick_, tick.index + 1);
+  writer_.append({&tick, 1});
+  notes_.add(tick, writer_, sound_latency_ ? sound_latency_() : std::nan(""));
+}
+
+void SessionRecorder::store(const Cut& cut) {
+  lost_cuts_ += cut.index - std::exchange(next_cut_, cut.index + 1);
+  writer_.append({&cut, 1});
+}
+
+void SessionRecorder::store(const PatchUse& use) {
+  writer_.append({&use, 1});
+}
+
+void SessionRecorder::store(const StrokeEdit& edit) {
+  writer_.append(event_of(edit));
+}
+
+void SessionRecorder::store(const LoosePiece& piece) {
+  writer_.append(event_of(piece));
+}
+
+void SessionRecorder::store(const SeenFrom& seen) {
+  if (!head_) return;
+  if (std::exchange(viewed_, seen.view) != seen.view)
+    writer_.event(seen.t, session::EventKind::kView, view_name(seen.view));
+  const dvec3 &eye = seen.eye_W, &right = seen.right_W;
+  writer_.append(*head_, seen.t,
+                 std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+}
+
+void SessionRecorder::store(const WaterSwitch& water) {
+  if (water_) writer_.append(*water_, water.t, std::array{water.spray ? 1.0 : 0.0, water.suction ? 1.0 : 0.0});
+}
+
+// Pictures before the first tick do not belong to the session.
+void SessionRecorder::store(const PictureTiming& timing) {
+  if (picture_ && timing.t >= 0) writer_.append(*picture_, timing.t, picture_stream_row(timing));
+}
+
+void SessionRecorder::store(const display::HmdTiming& timing) {
+  if (headset_ && timing.t >= 0) writer_.append(*headset_, timing.t, xr_stream_row(timing));
+}
+
+void SessionRecorder::turn() {
+  const auto store_event = [this](const auto& event) { store(event); };
+  // The servo's tape first: the edit that a new patch shows is already on the carver's tape.
+  for (ServoEvent event; servo_.next(event);) std::visit(store_event, event);
+  for (CarverEvent event; carver_.next(event);) std::visit(store_event, event);
+  for (ViewEvent event; view_.next(event);) std::visit(store_event, event);
+  for (haptics::HandSample left; hand_.next(left);) {
+    if (!left_ || left.t < 0) continue;
+    const Pose& X = left.X_WT;
+    writer_.append(*left_, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
+  }
+  if (LoopReport report; loop_.newest(report)) writer_.loop(report);
+  const std::uint64_t servo = std::max(servo_.lost(), lost_ticks_ + lost_cuts_);
+  writer_.count_ring_losses(lost_ticks_, lost_cuts_,
+                            servo - lost_ticks_ - lost_cuts_ + carver_.lost() + view_.lost() + hand_.lost());
+}
+
+std::uint64_t SessionRecorder::finish(const haptics::TissueVolume& tissue) {
+  turn();
+  const session::SessionResult result = session_result(tissue);
+  if (!writer_.finish(result)) throw RunFailure(writer_.status().message);
+  return result.field_hash;
 }
 
 }  // namespace typodont

@@ -1,0 +1,133 @@
+// Writes a session to a file (.h5): its header, what is on its tapes, and its result.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "audio/tick_voice.h"
+#include "engine/app/scene.h"
+#include "engine/app/tapes.h"
+#include "engine/session/recorder.h"
+#include "engine/session/session_data.h"
+#include "engine/session/session_file.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont {
+
+/// Makes the header of a session: the complete scene and display rig, hashes of their files, the hand, and the volume
+/// of each tissue at the start.
+session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
+                                      const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
+                                      double rate);
+
+/// Describes the stream with pose and pedal of the second hand. Its times are those of the session's clock.
+session::StreamSpec left_hand_stream();
+
+/// Describes the stream with the position of the eyes in front of a screen, and with the view. It has one row per
+/// change.
+session::StreamSpec head_stream();
+/// Describes the stream with the state (0 or 1) of the handpiece's water and of the suction. It has one row per change.
+session::StreamSpec water_stream();
+/// Returns the name of a view: "look" (normal), "section", "xray" or "difference".
+std::string_view view_name(render::View view) noexcept;
+/// Describes the stream with the frames on a screen. It has one row per frame.
+session::StreamSpec picture_stream();
+std::vector<double> picture_stream_row(const PictureTiming& timing);
+/// Describes the stream with the frames in a headset. It has one row per frame.
+session::StreamSpec xr_stream();
+std::vector<double> xr_stream_row(const display::HmdTiming& timing);
+/// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
+session::StreamSpec sound_stream();
+
+/// Finds data in the ticks and writes them to the recording: changes of the tool, beginnings of faults, and the input
+/// of the sound. It must receive every tick, in order. Recorder thread only.
+class TickNotes {
+ public:
+  /// `sound`: index of the recorded stream for the sound; empty if there is no sound.
+  TickNotes(const Scene& scene, std::optional<std::size_t> sound);
+  /// Adds a tick. `sound_latency`: s, time from a tick to its sound; NaN if it is unknown.
+  void add(const ServoTick& tick, session::SessionWriter& writer,
+           double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
+
+ private:
+  std::vector<std::string> tools_;
+  std::optional<std::size_t> sound_;
+  audio::TickVoice voice_;
+  Nanos sounded_ = 0;
+  bool first_ = true;
+  std::uint32_t tool_ = 0;
+  std::array<Nanos, 32> fault_seen_{};  // last time at which each fault bit was set
+};
+
+/// Makes the result of a session: volume of each tissue at the end, distance to the pulp, hash of the distance field.
+session::SessionResult session_result(const haptics::TissueVolume& tissue);
+
+/// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an
+/// empty optional. Throws Error if the text of the event is damaged.
+session::SessionEvent event_of(const StrokeEdit& edit);
+std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
+
+/// Returns all undos and redos of a recording, in order.
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
+
+/// Makes the event for a loose piece of tissue. Only the report uses this event; a replay computes the piece again.
+session::SessionEvent event_of(const LoosePiece& piece);
+
+/// A reader of all tapes. Only one thread at a time may use it.
+class SessionRecorder {
+ public:
+  /// Of the second hand and the view, it stores what `header.streams` names. `sound_latency`: returns the time from a
+  /// tick to its sound, s; empty: unknown. Throws Error.
+  SessionRecorder(const std::filesystem::path& file, const Scene& scene, const session::SessionHeader& header,
+                  const Tapes& tapes, const session::WriterOptions& options = {},
+                  std::function<double()> sound_latency = {});
+  /// For sessions without a clock: equal input gives equal bytes, and the file exists only after finish(). Throws
+  /// Error.
+  SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
+                  const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee = {});
+
+  /// Writes all new events.
+  void turn();
+  /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file is not complete.
+  std::uint64_t finish(const haptics::TissueVolume& tissue);
+
+  /// For notes, and for results with more data. turn() must have written all events before finish().
+  session::SessionWriter& writer() { return writer_; }
+
+ private:
+  /// Index of a stream in the header; empty if the header does not name it.
+  using Stream = std::optional<std::size_t>;
+
+  void store(const ServoTick& tick);
+  void store(const Cut& cut);
+  void store(const PatchUse& use);
+  void store(const StrokeEdit& edit);
+  void store(const LoosePiece& piece);
+  void store(const SeenFrom& seen);
+  void store(const WaterSwitch& water);
+  void store(const PictureTiming& timing);
+  void store(const display::HmdTiming& timing);
+  template <class Other>
+  void store(const Other&) {}
+
+  session::SessionWriter writer_;
+  TickNotes notes_;
+  std::function<double()> sound_latency_;
+  Stream left_, head_, water_, picture_, headset_;
+  Tape<ServoEvent>::Reader servo_;
+  Tape<CarverEvent>::Reader carver_;
+  Tape<ViewEvent>::Reader view_;
+  Tape<haptics::HandSample>::Reader hand_;
+  Tape<LoopReport>::Reader loop_;
+  render::View viewed_ = render::View::kLook;
+  std::uint64_t next_tick_ = 0, next_cut_ = 1;  // indices after the last stored tick and cut
+  std::uint64_t lost_ticks_ = 0, lost_cuts_ = 0;
+};
+
+}  // namespace typodont

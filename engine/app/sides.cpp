@@ -1,0 +1,69 @@
+#include "engine/app/sides.h"
+
+#include "engine/base/error.h"
+
+namespace typodont {
+
+void ServoSide::take_patch(haptics::PatchExchange& patches, Nanos t) noexcept {
+  haptics::Snapshot* const fresh = patches.take(servo_.snapshot(), cuts_, t);
+  if (!fresh) return;
+  const PatchUse use{fresh->number, ticks_, fresh->cuts, fresh->center_W};
+  servo_.adopt(*fresh);
+  write(use);
+}
+
+void ServoSide::write(const ServoTick& tick, const Cut* cut) noexcept {
+  ++ticks_;
+  cuts_ = tick.cuts;
+  if (servo_.soft() && ticks_ % gum_interval_ == 0) write_gum();
+  if (cut) tape_.write(*cut);
+  tape_.write(tick);
+}
+
+void ServoSide::write_gum() noexcept {
+  haptics::SoftTissue& gum = *servo_.soft();
+  GumMoves moves;
+  gum.send_moves([&](const haptics::SoftMove& move) {
+    moves.points[moves.count++] = move;
+    if (moves.count == moves.points.size()) tape_.write(moves), moves.count = 0;
+    return true;
+  });
+  if (moves.count > 0) tape_.write(moves);
+  for (; wounds_ < gum.wounds().size(); ++wounds_) tape_.write(gum.wounds()[wounds_]);
+}
+
+bool CarverSide::keep_up() {
+  // All cuts up to this time are applied, so the carver can end a stroke after a pause. A tick without a valid pose is
+  // not used.
+  if (!(tick_.faults & haptics::kNoPose)) carver_.rest(tick_.t);
+  const bool awaited = patches_.keep_up(carver_, tick_.patch);
+  write_pieces();
+  return awaited;
+}
+
+void CarverSide::write_pieces() {
+  for (const LoosePiece& piece : carver_.take_pieces()) tape_.write(piece);
+}
+
+bool CarverSide::offer(bool due_only) {
+  if (!is_finite(tick_.X_WG.p) || (due_only && !carver_.snapshot_due(tick_))) return false;
+  patches_.offer(carver_, carver_.snapshot_center(tick_));
+  return true;
+}
+
+bool CarverSide::edit(bool redo) {
+  return edit_stroke(carver_, redo, tick_.t, &tape_);
+}
+
+void CarverSide::require_whole() const {
+  if (servo_.lost() > 0) throw RunFailure("the carver was so late that a cut was lost");
+}
+
+bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, Tape<CarverEvent>* tape) {
+  const StrokeEdit edit{t, redo, carver.cuts(), carver.snapshots()};
+  if (!(redo ? carver.redo() : carver.undo())) return false;
+  if (tape) tape->write(edit);
+  return true;
+}
+
+}  // namespace typodont

@@ -1,0 +1,92 @@
+// The servo's and the carver's side of a session: what each of the two threads does between its input and its tape.
+// Live sessions, sessions on one thread and programs that use the library have the same two sides.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "engine/app/tapes.h"
+#include "haptics/carver.h"
+#include "haptics/patch_exchange.h"
+#include "haptics/servo.h"
+
+namespace typodont {
+
+/// Writes the servo's tape. Servo thread only; never allocates.
+class ServoSide {
+ public:
+  ServoSide(haptics::Servo& servo, Tape<ServoEvent>& tape, double rate)
+      : servo_(servo), tape_(tape), gum_interval_(std::max<std::uint64_t>(1, std::llround(kGumInterval * rate))) {}
+  /// Lets the servo adopt the patch (copy of the tissue) that it must adopt now. `t`: time of any steady clock, ns.
+  void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
+  /// Writes the patch that the next tick uses.
+  void write(const PatchUse& use) noexcept { tape_.write(use); }
+  /// Writes a tick and what belongs to it. `cut`: its cut, or null.
+  void write(const ServoTick& tick, const Cut* cut) noexcept;
+
+ private:
+  void write_gum() noexcept;
+
+  haptics::Servo& servo_;
+  Tape<ServoEvent>& tape_;
+  static constexpr double kGumInterval = 0.016;  // s, time between two updates of the drawn soft gum
+  const std::uint64_t gum_interval_;             // the same, in ticks
+  std::uint64_t ticks_ = 0, cuts_ = 0;
+  std::size_t wounds_ = 0;  // number of the gum's wounds on the tape
+};
+
+/// Repeats the servo's cuts on the tissue, and writes the carver's tape. Carver thread only.
+class CarverSide {
+ public:
+  /// `start`: state of the tool before the first tick.
+  CarverSide(haptics::Carver& carver, haptics::PatchExchange& patches, Tapes& tapes, const ServoTick& start = {})
+      : carver_(carver), patches_(patches), tape_(tapes.carver), servo_(tapes.servo), tick_(start) {}
+
+  struct Read {
+    bool tick = false, cut = false;
+  };
+  /// Repeats the servo's new cuts. `each(cut)` is called after each of them. Throws RunFailure if a cut was lost.
+  template <class Each>
+  Read follow(Each&& each) {
+    Read found;
+    for (ServoEvent event; servo_.next(event);) {
+      require_whole();
+      if (const auto* const cut = std::get_if<Cut>(&event)) {
+        carver_.apply(*cut);
+        each(*cut);
+        found.cut = true;
+      } else if (const auto* const tick = std::get_if<ServoTick>(&event)) {
+        tick_ = *tick;
+        found.tick = true;
+      }
+    }
+    return found;
+  }
+  /// Adds the new cuts to the patch (copy of the tissue) that the servo has not yet adopted, and writes loose pieces.
+  /// Returns true while there is such a patch.
+  bool keep_up();
+  /// Writes the loose pieces of the last cuts.
+  void write_pieces();
+  /// Offers a patch around the tool to the servo. `due_only`: only if a new one is due. Returns true if it did.
+  bool offer(bool due_only);
+  /// Undoes or repeats a stroke. Returns false if there is none.
+  bool edit(bool redo);
+  /// The newest tick. All cuts up to it have been repeated.
+  const ServoTick& tick() const { return tick_; }
+
+ private:
+  void require_whole() const;
+
+  haptics::Carver& carver_;
+  haptics::PatchExchange& patches_;
+  Tape<CarverEvent>& tape_;
+  Tape<ServoEvent>::Reader servo_;
+  ServoTick tick_;
+};
+
+/// Undoes or repeats a stroke at the session time t, and writes it to the carver's tape. Returns false if there is
+/// none.
+bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, Tape<CarverEvent>* tape);
+
+}  // namespace typodont
