@@ -1,21 +1,19 @@
-// Decides whether a tool enters an implant bed, by the four criteria of Zhao 2020. Pure functions.
+// Entry into a bed by the four criteria of Zhao 2020. Pure.
 #pragma once
 
 namespace typodont::haptics::implant {
 
 struct BedCriteria {
-  bool at_centre = false;  // criterion 1: the tool's tip is at the centre of the bed's entry
-  // criterion 2: the tool's radius is equal to or slightly smaller than the bed's, or the tool is a drill that may
-  // widen the bed
+  bool at_centre = false;  // 1: tip at the centre of the entry
+  // 2: as wide as the bed or slightly narrower, or a drill that may widen it
   bool fits = false;
-  bool aligned = false;  // criterion 3: the tool's axis is aligned with the bed's axis
-  bool pushed = false;   // criterion 4: the force along the tool's axis exceeds the threshold Parameters::enter_force
+  bool aligned = false;  // 3: aligned with the axis
+  bool pushed = false;   // 4: axial force above Parameters::enter_force
 };
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// Returns the decision from the four criteria. `can_begin`: the tool can drill this bone and touches it with its tip.
-/// If such a tool is pushed (criterion 4) but does not meet all other criteria, it starts a new bed.
+/// `can_begin`: can drill this bone, touching with the tip; pushed (4) without the others, it starts a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

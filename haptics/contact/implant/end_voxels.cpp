@@ -24,17 +24,15 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Voxels. To find an obstacle, the signed distance from bone is evaluated at two points: at a tool voxel, and at a
-// point that lies this far ahead of it.
+// voxels ahead, where bone's distance is evaluated again
 constexpr double kAhead = 1.5;
-// Voxels. There is an obstacle if the signed distance from bone decreases by at least this amount, from a tool voxel to
-// the point that lies kAhead ahead of it.
+// voxels of decrease up to there, from which it is an obstacle
 constexpr double kFalls = 0.5;
-// voxels; an obstacle blocks the advance if its distance from a tool voxel is at most this
+// voxels to an obstacle that blocks
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 
-/// Functions that gather field samples: each call reads the samples at kBlock indices.
+/// At kBlock indices per call.
 struct Reader {
   /// Reads two neighbouring samples at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
@@ -57,7 +55,7 @@ void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
 #ifdef TYPODONT_GATHERS
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Uses the AVX-512 intrinsics with a mask, because GCC 12 gives false warnings for the same intrinsics without mask.
+// Masked: GCC 12 wrongly warns about those without.
 namespace gathered {
 void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
   const __m512i none = _mm512_setzero_si512();
@@ -78,8 +76,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Reads up to three bytes beyond the last requested byte. These bytes exist, because tool voxels never lie at the
-/// border of a patch (copy of the field around the tool).
+/// Up to three bytes more; tool voxels never lie at the patch's border.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -101,47 +98,43 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// The arguments of look_at_end() as plain data. Positions are relative to a voxel near the tool, because floats are
-/// then precise enough.
+/// look_at_end() as plain data, near a voxel where floats are precise.
 struct Task {
   const EndVoxels& voxels;
   const EndLaw& law;
   Reader reader;
   const float* distance;
   const Tissue* tissue;
-  const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
+  const std::uint8_t* hardness;  // null: no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
   glm::vec3 center;  // voxels, centre of the head
-  glm::mat3 R;       // rotation and scaling of vectors from the tool's frame T (m) to the voxel frame V (voxels)
-  // voxels, vector from a tool voxel to the point kAhead ahead of it, where the function looks for an obstacle
+  glm::mat3 R;       // T (m) to V (voxels)
+  // voxels, kAhead
   glm::vec3 beyond;
-  float slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
+  float slowness;  // s/rad, 1 / spindle speed; 0: at rest
 };
 
-/// Data of one block of tool voxels, with one array per property. A flag is 0 or 1 and has the same width as a number,
-/// so that the compiler can vectorize loops over flags and numbers.
+/// One array per property; flags are 0 or 1, as wide as numbers, to be vectorised.
 struct alignas(64) Block {
   using Flag = std::int32_t;
 
-  // voxels, positions of the tool voxels in the frame V of the tissue's voxel grid
+  // voxels, V
   float x[kBlock], y[kBlock], z[kBlock];
-  float field[kBlock];        // voxels, signed distance from bone at the tool voxel's centre
-  float gap[kBlock];          // m, distance between the bone and the tool's surface at this voxel
-  Flag touches[kBlock];       // 1 if the voxel is in contact with bone
-  Flag stops[kBlock];         // 1 if the voxel touches bone that it cannot cut
-  float ahead[kBlock];        // voxels, signed distance from bone at a point ahead of the tool voxel (Task::beyond)
-  std::int32_t at[kBlock];    // index of the tissue sample that is read for this voxel
-  Flag label[kBlock];         // tissue label at the point ahead of the tool voxel (Task::beyond)
-  std::int32_t byte[kBlock];  // hardness of the sample, stored as a byte (hardness.h)
+  float field[kBlock];        // voxels from bone
+  float gap[kBlock];          // m, bone to the tool's surface here
+  Flag touches[kBlock];       // in contact
+  Flag stops[kBlock];         // touches what it cannot cut
+  float ahead[kBlock];        // voxels from bone at Task::beyond
+  std::int32_t at[kBlock];    // of the tissue sample
+  Flag label[kBlock];         // at Task::beyond
+  std::int32_t byte[kBlock];  // byte (hardness.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // Contribution of each voxel to the sums: area in contact (m²) and area × hardness. From the cutting law (Zhao 2020,
-  // eq. 2), divided by the feed speed: `cut`: torque about the axis (N·s); `thrust`: force along the axis, multiplied
-  // by EndLaw::thrust_ratio (N·s/m).
+  // Area (m²) and × hardness in contact; eq. 2 of Zhao 2020 / feed speed: torque about the axis (N·s), and axial force
+  // × EndLaw::thrust_ratio (N·s/m).
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
-/// Interpolates the field trilinearly, as sample_linear() does. Returns true if any tool voxel is less than one patch
-/// voxel away from bone.
+/// Trilinear, as sample_linear(). True: some within a voxel of bone.
 TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -165,7 +158,7 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
     u[i] = qx - static_cast<float>(ix), v[i] = qy - static_cast<float>(iy), w[i] = qz - static_cast<float>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
-  // The eight corner samples of each cell are stored as four pairs along z, because one load instruction reads a pair.
+  // Four pairs along z: one load each.
   alignas(64) float low[4][kBlock], high[4][kBlock];
   const std::ptrdiff_t sy = n, sx = sy * sy;
   task.reader.pairs(task.distance, b.at, low[0], high[0]);
@@ -188,16 +181,15 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   return any != 0;
 }
 
-/// Same result as std::round(), but without a library call.
+/// std::round() without a call.
 TYPODONT_INLINE std::int32_t rounded(float v) {
   const float whole = static_cast<float>(static_cast<std::int32_t>(v)), rest = v - whole;
   const float up = rest >= 0.5f ? 1.0f : 0.0f, down = rest <= -0.5f ? 1.0f : 0.0f;
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Examines the bone ahead of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
-/// bone beside the tool is not an obstacle. A voxel that only touches bone beside the tool no longer counts as in
-/// contact. Returns the tissue labels at the other voxels in contact: one bit per tissue.
+/// Obstacles continue ahead of the tool; a voxel that only touches bone beside it loses contact. Returns labels in
+/// contact, a bit each.
 TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
   using Flag = Block::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
@@ -217,7 +209,7 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  Flag labels = 0;  // set of the tissues found at the voxels in contact: one bit per tissue label
+  Flag labels = 0;  // a bit per label
   for (std::size_t i = 0; i < kBlock; ++i) {
     const Flag falls = b.field[i] - b.ahead[i] < static_cast<float>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
@@ -226,9 +218,8 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
   return static_cast<std::uint64_t>(labels);
 }
 
-/// Computes the contributions of the voxels to the cutting law (Zhao 2020, eq. 2) for a feed along -z. add_cutting()
-/// computes the same for any direction. This function omits the components perpendicular to the axis, because they
-/// cancel each other. A voxel without contact contributes 0. Returns true if any voxel stops the tool.
+/// Eq. 2 of Zhao 2020 for feed along -z; components across the axis cancel (add_cutting() has all). Without contact 0.
+/// True: some voxel stops the tool.
 TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
   using Flag = Block::Flag;
   const EndLaw& law = task.law;
@@ -290,7 +281,7 @@ TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block&
   }
 }
 
-/// A sum over the tool's voxels, in kBlock partial sums, which the compiler vectorizes.
+/// kBlock partial sums, vectorised.
 struct Sum {
   alignas(64) float parts[kBlock] = {};
   TYPODONT_INLINE void add(const float* summands) {
@@ -363,12 +354,10 @@ Task task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& l
 
 namespace {
 
-/// Merges each square of 2 × 2 equal tool voxels in a plane perpendicular to the tool's axis into one voxel with their
-/// total area and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because the
-/// cutting law (Zhao 2020, eq. 2) weights a voxel by 1/r (r: distance from the axis), which varies strongly there.
+/// 2 × 2 equal ones across the axis become one. Not near the axis, where eq. 2's 1/r varies.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // tool voxels that are nearer to the axis than this (in voxels) are not merged
+  constexpr double kNearAxis = 8;  // voxels from the axis, not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {
@@ -398,7 +387,7 @@ std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
 }  // namespace
 
 EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / voxels.ahead_fraction) {
-  constexpr float kNever = 1e9f;  // m, distance of the padding voxels from the head's surface; they never touch bone
+  constexpr float kNever = 1e9f;  // m outside, of padding
   constexpr double kRounding = 1e-9;
   std::vector<ToolVoxel> all(voxels.outer.begin(), voxels.outer.begin() + static_cast<std::ptrdiff_t>(voxels.ahead));
   if (2 * voxels.edge <= coarsest * (1 + kRounding)) all = merged(all, voxels.edge);

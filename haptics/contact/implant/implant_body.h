@@ -1,5 +1,4 @@
-// The part of the contact model "implant" that runs on the carver thread: the tissue. It stores the tissue in the same
-// distance field as the contact model "offset", and adds placed implants to this field.
+// "implant" on the carver thread: the field of "offset", with placed implants.
 #pragma once
 
 #include <span>
@@ -13,16 +12,16 @@ namespace typodont::haptics::implant {
 /// The part of the contact model "implant" that runs on the carver thread.
 class ImplantBody final : public offset::FieldBody {
  public:
-  /// Throws Error if a bed does not lie in bone.
+  /// Throws Error for a bed outside bone.
   ImplantBody(TissueVolume tissue, std::span<const Tool> tools, const std::vector<Bed>& beds);
 
-  /// Adds the tool's head (a placed implant) to the tissue, at the pose of the cut.
+  /// A placed implant, at the cut's pose.
   void fill(const Cut& cut) override;
   bool wants_snapshot(Nanos) const override { return placed_; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
 
  private:
-  bool placed_ = false;  // true if an implant was placed since the last snapshot was taken
+  bool placed_ = false;  // since the last snapshot
 };
 
 }  // namespace typodont::haptics::implant

@@ -10,20 +10,18 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, a spindle that is slower than this counts as stopped
-// m, tolerance: the tool must not cut while its tip is farther than this from the bed's axis
+constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; slower is at rest
+// m of the tip from the axis; no cutting beyond
 constexpr double kAtPlace = 2e-6;
-// If the cosine of the angle between force and tool axis is larger than this, the tool touches with its tip.
+// Cosine of force and axis, above which the tip touches.
 constexpr double kTipContactCosine = 0.5;
-constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
-// m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
+constexpr double kThreadGrips = 0.2e-3;  // m at which a thread engages
+// m from the final depth, or the bottom: seated
 constexpr double kSeated = 0.05e-3;
-// Width of the range of torques in which a motor becomes slower, as a fraction of its stall torque. The motor has its
-// full speed up to the torque (1 - this fraction) × stall torque. At larger torques the speed decreases linearly, to
-// zero at the stall torque.
+// Of the stall torque: full speed up to (1 - this), then linear to zero.
 constexpr double kSpeedHeldUpTo = 0.1;
-constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the tool's axis
-// m; the depth of a bed is measured with samples along the bed's axis; this is the distance between two samples
+constexpr double kTorqueTime = 4e-3;  // s, low-pass of the axial torque
+// m between samples of a bed's depth
 constexpr double kAcross = 0.05e-3;
 
 dvec3 axis_of(const dquat& R_WT) {
@@ -85,8 +83,7 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// Returns false while the tool is in a bed, because a drill must be withdrawn before it is exchanged. A placed implant
-/// stays in the bone, so the hand may take another tool.
+/// False in a bed: a drill must be withdrawn. A placed implant stays, so another tool can be taken.
 bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
@@ -101,7 +98,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
 
-/// Returns true only if the tool rotates forward, because drills do not cut backwards.
+/// Forward only: drills do not cut backwards.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
   return in.cuts && in.spindle > kLeastSpindleSpeed;
 }
@@ -118,12 +115,11 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
   return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
 }
 
-/// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end.
+/// Before the end.
 EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
-  // If a bed is as wide as the tool, the bed's wall is less than one voxel away from the tool's rim and would count as
-  // an obstacle. So obstacles are searched only within a radius that is one voxel smaller than the tool's.
+  // One voxel less than the tool's radius: the wall of an equally wide bed is no obstacle.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
   law.greatest_grey = implant.greatest_grey;
@@ -132,14 +128,13 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// Measures the depth of the bed in m, from the entry to the present bottom. The result is at most the stored depth.
-/// After an undo, bone may fill a part of the bed again, so the stored depth may be too large.
+/// m, entry to present bottom; after an undo the stored depth may be too large.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller signed distance lies in bone
+  constexpr double kInBone = -0.5;  // voxels; below is bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;
@@ -167,8 +162,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// When the tool enters or leaves a bed, its pose would jump. This function adds the remaining part of the jump to the
-/// pose `state`, so that the pose changes gradually.
+/// The rest of the jump at entering or leaving, so that the pose changes gradually.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -190,8 +184,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts outside a bed. When a tool leaves a bed, its pose would jump; this jump is added to the pose
-  // and fades to zero. Meanwhile the bur does not cut.
+  // Only a round bur cuts outside. The jump at leaving fades; until then it does not cut.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -209,8 +202,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Checks for each bed the four criteria for entering it (Zhao 2020; bed_criteria.h). Returns true if the tool has
-/// entered a bed.
+/// Zhao 2020; bed_criteria.h. True: entered.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -231,16 +223,14 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that moves into the bed without touching the rim also enters the bed, although criterion 4 (a force) is
-    // then not met.
+    // Also without touching the rim, where criterion 4 fails.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // The motion in the bed starts at the tool's pose of the previous tick, because the pose computed in this tick may
-    // contain a jump at the rim of the bed.
+    // From the last tick's pose: this one may jump at the rim.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -269,8 +259,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in the bed. The tool then moves freely, and the jump from the pose in the bed to the free pose fades
-/// gradually.
+/// Free from here; the jump fades.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -305,7 +294,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool has left the bed along the bed's axis. From now on it moves freely and follows the hand.
+    // Left along the axis: follows the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -318,9 +307,9 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = look_.engaged;
 }
 
-/// Returns the displacement of a drill or a gauge along the bed's axis in this tick, in m.
+/// m, drill or gauge, this tick.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // The tool does not cut until its tip is on the bed's axis; otherwise the entry would become oval.
+  // Until the tip is on the axis, or the entry would be oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);
@@ -330,7 +319,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
-  // The tool cuts bone only while it moves inward. While it is withdrawn, the bone exerts no cutting force.
+  // Inward only; withdrawal meets no cutting force.
   const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
@@ -341,8 +330,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. So the force changes
-/// at a rate of at most switch_slew. (A drill that perforates the bone moves without this limit.)
+/// Until it has caught up with the hand, by switch_slew. (A perforating drill is not limited.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -351,14 +339,12 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Returns the displacement (m) of a tool with a thread (thread cutter, implant, screw) along the bed's axis in this
-/// tick. Once the thread has engaged in the bone, the tool advances by one pitch per turn. `wanted`: m, displacement
-/// that the hand asks for.
+/// m, this tick, of thread cutter, implant or screw: a pitch per turn once engaged. `wanted`: m, the hand's.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
   const double most = parameters_.steps * voxel();
-  double turn;  // rad, rotation of the thread in this tick, positive clockwise
+  double turn;  // rad, positive clockwise
   if (implant.by_hand) {
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
@@ -370,7 +356,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // The thread has not engaged yet, so the tool slides. If the hand pushes, the rotation draws the tool in.
+    // Not engaged: slides, or is drawn in if pushed.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -382,25 +368,21 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // Direction of the bone's torque about the tool's z axis, +1 or -1. The torque opposes the rotation of the thread; a
-  // resting thread gets no torque. When a motor screws a tool in, the rotation counts as positive about z; when a hand
-  // does, as negative.
+  // +1 or -1 about z, against the thread's rotation; none at rest. Positive by motor, negative by hand.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_fraction * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // The implant is seated if all of it is in the bone. It is also seated if it has reached the bottom of a bed that is
-  // too shallow.
+  // All in bone, or at the bottom of a shallow bed.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }
 
-/// Returns the torque (N·m) that is needed to rotate a thread whose tip is at the depth `tip` (m) in the bed
-/// (README.md, "Insertion torque").
+/// N·m with the tip at `tip` (m) (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr double kApart = 1e-3;  // m, distance along the bed's axis between two samples of the bone at the thread
+  constexpr double kApart = 1e-3;  // m along the axis between samples
   const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
@@ -417,7 +399,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
-  const double lever = r / 2e-3;  // ratio of the implant's radius to the reference implant's radius of 2 mm
+  const double lever = r / 2e-3;  // / reference radius, 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }
 
@@ -448,13 +430,12 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Repeats a cut in the patch (field around the tool) of a new snapshot that lacks this cut. Does nothing for a placed
-/// implant, because the new snapshot already contains the implant.
+/// Not a placed implant: the snapshot has it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
-/// Computes the torque on the cutting edges of a round bur: sums the cutting law over all voxels of its outer layer.
+/// Over all outer voxels of a round bur.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = out.p_WG - in.X_WG.p;
   const double speed = glm::length(way) / in.dt;
@@ -477,8 +458,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// Used if there is no bone in front of the tool's end: takes tissue and hardness from the bed's wall beside the end.
-/// Returns the number of samples of the wall that contain tissue.
+/// No bone ahead: from the wall beside the end. Returns samples with tissue.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -509,8 +489,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // This model does not compute the normal forces of the bed's wall. So the only torque that it reports is the torque
-  // about the tool's axis.
+  // The wall's normal forces are not computed: axial torque only.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

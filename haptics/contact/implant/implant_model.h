@@ -1,4 +1,4 @@
-// The part of the contact model "implant" (README.md) that runs on the servo thread.
+// "implant" (README.md) on the servo thread.
 #pragma once
 
 #include <array>
@@ -14,9 +14,8 @@
 
 namespace typodont::haptics::implant {
 
-/// State of the tool, which this model records in ServoTick::level. `kFree`: the tool is outside a bed and has all
-/// degrees of freedom. In the states 1 to 4 the tool is in a bed and can move only along the axis and about it.
-/// `kPlaced`: the implant or screw stays in the bone, and the hand holds no tool.
+/// ServoTick::level. `kFree`: outside, all degrees of freedom; 1 to 4: in a bed, along and about its axis; `kPlaced`:
+/// stays in bone, the hand is empty.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -26,11 +25,10 @@ enum class Motion : std::uint32_t {
   kPlaced = 5
 };
 
-/// Tissue label of a placed implant (a metal). Scenes assign the properties of titanium to it.
+/// Of a placed implant; scenes give it titanium's properties.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
 
-/// Contact model for the servo thread. SI units unless stated otherwise. T is the tool's frame, V the frame of the
-/// voxel grid.
+/// Servo thread. SI unless stated. T: tool, V: voxels.
 class ImplantModel final : public offset::OffsetModel {
  public:
   ImplantModel(const ServoSettings& settings, const Parameters& parameters);
@@ -44,7 +42,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
-  /// All existing beds, in the order of their creation.
+  /// In order of creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
   /// Voxels of the present tool, for benchmarks.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
@@ -60,11 +58,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // Functions for the state kFree (enum Motion): the tool is outside a bed.
+  // In kFree (Motion).
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // Functions for the states 1 to 4 (enum Motion): the tool is in a bed.
+  // In states 1 to 4 (Motion).
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -78,37 +76,35 @@ class ImplantModel final : public offset::OffsetModel {
 
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // voxel models, one for each tool
-  std::vector<EndVoxels> ends_;     // for each tool: the voxels in front of its end
-  // parameters that depend on the tissues; look_ahead() adds the parameters of the tool and the present tick
+  std::vector<EndVoxels> ends_;     // before each tool's end
+  // of the tissues; look_ahead() adds tool and tick
   EndLaw law_;
-  // For each tissue and each hardness byte: ratio of a thread's torque in this bone to its torque in the reference
-  // bone.
+  // Thread's torque here / in reference bone, per tissue and hardness byte.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  // unit vectors evenly spaced around the tool's axis and perpendicular to it, in the tool's frame T
+  // around the axis, T
   std::array<dvec3, 12> around_thread_;
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
   bool in_bed_ = false;
-  bool easing_ = false;  // true if the tool has just entered the bed and has not yet caught up with the hand
+  bool easing_ = false;  // entered, not yet at the hand
   std::size_t bed_ = 0;  // index of the bed that contains the tool
-  double tip_ = 0;       // m, depth of the tool's tip below the bed's entry
-  double entered_ = 0;   // m, depth of the tool's tip at the time when the tool entered the bed
+  double tip_ = 0;       // m, tip below the entry
+  double entered_ = 0;   // m, tip when it entered
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;         // result of look_ahead() in this tick: force and obstacles in front of the tool's end
+  EndLook look_;         // look_ahead() of this tick
   double torque_ = 0;    // N·m, low-pass filtered torque about the tool's axis
-  bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
-  bool placed_ = false;  // true if the implant was placed in the bone; the hand then holds no tool
+  bool seated_ = false;  // at its final position
+  bool placed_ = false;  // the hand holds no tool
 
-  // Jump of the tool's pose when the tool last entered or left a bed. It is added to the pose and fades to zero, so
-  // that the pose changes gradually.
-  dvec3 offset_{0};  // m, translation of the jump of the tool's pose
+  // Jump at the last entering or leaving; fades.
+  dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
-  bool blended_ = false;   // true if the fading jump (offset_, turn_) was not yet zero in the last tick
-  bool switched_ = false;  // true if the tool left a bed in the last tick
+  bool blended_ = false;   // not zero in the last tick
+  bool switched_ = false;  // in the last tick
 };
 
 }  // namespace typodont::haptics::implant

@@ -10,28 +10,25 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// If the cosine of the angle between a voxel's normal and the feed direction -z is larger than this, the voxel belongs
-// to the tool's end.
+// Cosine of normal and feed -z, above which a voxel is of the end.
 constexpr double kFacingEnd = 0.5;
-// voxels; if a voxel is nearer than this to the axis, 1/r varies strongly within it, so its mean over the voxel is used
+// voxels from the axis, where 1/r is averaged
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // to average 1/r, a voxel is divided into this number of parts per edge
+constexpr int kParts = 8;           // parts per edge, for it
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// Voxels. To find out whether a rim is sharp, the head's normal is computed twice: on the surface, and this far below
-// it.
+// voxels below the surface, where the normal is computed again
 constexpr double kWithin = 0.05;
-// a rim is sharp if the cosine of the angle between the head's normals on the surface and below it (kWithin) is less
-// than this
+// cosine of both normals, below which the rim is sharp
 constexpr double kSmooth = 0.97;
 
-/// Returns the mean of 1/r (r: distance from the tool's axis) over a voxel's square section across the axis.
+/// Over the voxel's square across the axis.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {
-      // The number of parts is even, so no part has its centre on the axis, where 1/r is infinite.
+      // Even: none is centred on the axis.
       const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
       sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
     }
@@ -61,18 +58,15 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
       for (int z = -below; z <= above; ++z) {
-        // The voxels form layers along the tool's axis. The layers are placed such that a flat end lies half-way
-        // between two layers.
+        // In layers along the axis, a flat end half-way between two.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // Voxels of the head's upper end are omitted, because this end can touch bone only if the shank also touches
-        // bone.
+        // The upper end touches only if the shank does.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // Near a sharp rim, the surface point nearest to a voxel lies on the rim itself. Such a voxel represents no
-        // surface area.
+        // Nearest to the rim itself: no area.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

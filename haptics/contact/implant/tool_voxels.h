@@ -1,4 +1,4 @@
-// Voxel model of an implant tool, and the cutting law summed over its voxels (Zhao 2020, eq. 2).
+// Voxels of an implant tool, and eq. 2 of Zhao 2020 over them.
 #pragma once
 
 #include <cstddef>
@@ -11,60 +11,52 @@
 
 namespace typodont::haptics::implant {
 
-/// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Positions and
-/// normals are in the tool's frame T.
+/// Centre within half a layer of the surface. T.
 struct ToolVoxel {
   glm::vec3 p;      // m, centre of the voxel
   glm::vec3 n;      // unit normal, pointing out of the head
-  float outside;    // m, signed distance of p from the head's surface, negative inside
+  float outside;    // m, of p from the surface, negative inside
   float area;       // m², surface area that the voxel represents
-  float inverse_r;  // 1/m, mean of 1/r over the voxel, where r is the distance from the tool's axis
-  float ability;    // ability to drill, 0..1; 0: the voxel cannot cut bone
+  float inverse_r;  // 1/m, mean of 1/r from the axis
+  float ability;    // 0..1; 0: cannot cut
 };
 
-/// The outer layer of the tool's voxels. Zhao 2020 also stores inner voxels, which only remove tissue. They are not
-/// needed here, because the sweep of the head removes the tissue (haptics/sweep.h).
+/// Zhao 2020's inner voxels only remove tissue, which haptics/sweep.h does.
 struct ToolVoxels {
-  std::vector<ToolVoxel> outer;  // all voxels of the outer layer; those in front of the tool's end come first
-  // number of voxels that lie in front of the head's end and outside the head; they touch bone when the tool advances
+  std::vector<ToolVoxel> outer;  // the end's first
+  // before the end and outside the head: they touch first
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that the first `ahead` voxels represent; the other voxels of the end lie inside the head
+  // of the end's area, by the first `ahead`; the rest is inside
   double ahead_fraction = 1;
 };
 
-/// Converts a tool to voxels. `edge`: edge length of a voxel (m); `layers`: thickness of the outer layer in voxels. For
-/// a threaded tool only its core is converted, because the thread moves in the groove that it has cut. The voxels'
-/// abilities to drill (ToolVoxel::ability) come from the block `implant` in the tool's file; without this block they
-/// are all 1.
+/// `edge`: m; `layers`: voxels. Of a thread only the core: it moves in its groove. ToolVoxel::ability from "implant" in
+/// the tool's file, else 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
-/// Force and torque of the tissue on the tool, divided by the feed speed. Both are in the tool's frame T; the torque is
-/// about the origin of T.
+/// On the tool / feed speed; T, about its origin.
 struct CuttingWrench {
   dvec3 force{0};   // N·s/m, force per feed speed
   dvec3 torque{0};  // N·s, torque per feed speed
 };
 
-/// Adds the contribution of one voxel to eq. (2) of Zhao 2020. `u`: specific cutting energy (J/m³); `along`: unit
-/// vector of the feed in the tool's frame T; `speed`: speed of the spindle (rad/s) about T's z axis; `alpha`: ratio of
-/// tangential to normal force. Adds nothing if the voxel does not face the feed.
+/// One voxel in eq. (2) of Zhao 2020. `u`: J/m³; `along`: unit feed, T; `speed`: rad/s about z; `alpha`: tangential /
+/// normal. Nothing if it does not face the feed.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);
   const double facing = glm::dot(n, along);
   if (!(facing > 0)) return;
-  // In eq. (2) of Zhao 2020, N is the number of revolutions per second. So the equation's factor 1/(2 pi N) is equal to
-  // 1/speed.
+  // N is revolutions per second: 1/(2 pi N) is 1/speed.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
-  // The tissue's force opposes the motion of the tool's cutting edges.
+  // Against the edges' motion.
   const double r = std::hypot(p.x, p.y), turn = speed < 0 ? 1 : -1;
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // p may be up to half a layer away from the head's surface. So the torque about the axis is not computed from p, but
-  // from the exact lever arm 1/inverse_r.
+  // p may be half a layer off: the lever arm is 1/inverse_r.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

@@ -30,12 +30,11 @@ namespace packing {
 
 namespace {
 
-constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
-// Largest number of results of one pass. A pass with more results counts as failed.
+constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
+// Of one pass; with more it has failed.
 constexpr std::size_t kExpected = 65536;
 
-/// Sorts the results by the index of the tool's sphere (`ball`). Several results of one tool sphere keep their order,
-/// which is that of the sphere tree.
+/// By `ball`; within one, the tree's order stays.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {
@@ -44,7 +43,7 @@ void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   });
 }
 
-/// Copies a list without allocating. Returns false if the list is too long.
+/// False: too long. Never allocates.
 template <class Result>
 bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   if (from.size() > to.capacity()) return false;
@@ -52,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Computes pass 1 (the first contact) on the CPU, with the tree of the tissue's spheres.
+/// Pass 1 with the tree.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -161,8 +160,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // Creates a motion for which CPU and GPU are compared: the tool's first sphere moves from outside into a sphere of
-    // the tissue, by a fifth of its own radius.
+    // The tool's first sphere goes into one of the tissue, by a fifth of its radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

@@ -1,5 +1,4 @@
-// Runs the three passes of the contact model "packing" on a GPU. All sums are computed in the same order as on the CPU,
-// so the results have the same bits.
+// The three passes on a GPU. Sums in the CPU's order, so bits agree.
 #pragma once
 
 #include <memory>
@@ -13,34 +12,30 @@
 
 namespace typodont::haptics::packing {
 
-/// The GPU is used only for at least this number of tissue spheres. With fewer spheres, the CPU finishes before the GPU
-/// has started.
+/// Spheres; with fewer, the CPU is done before the GPU starts.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Runs the three passes on a GPU. Servo thread only. All functions are noexcept and allocate no memory, except in the
-/// GPU's driver. If a pass fails, ready() returns false until the next load(), and the caller computes on the CPU.
+/// Servo thread; noexcept; allocates only in the GPU's driver. After a failure ready() is false until load(), and the
+/// caller uses the CPU.
 class ComputePasses {
  public:
-  /// `tools`: the sphere models of all tools that will be used.
+  /// `tools`: all that will be used.
   ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<const ToolSpheres> tools);
 
   std::string device() const { return passes_->device(); }
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1: finds the first contact between moving spheres of the tool and the tissue.
+  /// Pass 1: first contact.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2: estimates the tissue's surface at the contact, with the same result as estimate_surface() on the CPU.
-  /// `X_WP`: pose of the proxy; `p_WC`: point of contact.
+  /// Pass 2, as estimate_surface(). `X_WP`: proxy; `p_WC`: contact.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3 without a change of the tissue: computes the energy in J that a motion of the head from `from` to `to`
-  /// costs. `near_to`: end of the longest motion for which the cost will be computed in this tick; the spheres near
-  /// this motion are searched only once.
+  /// Pass 3 without a change: J of the head's motion. `near_to`: end of the longest motion in this tick, whose spheres
+  /// are searched once.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: removes the tissue on the tool's motion from X_WA to X_WB, with the same result as packing::carve() on the
-  /// CPU.
+  /// Pass 3 from X_WA to X_WB, as packing::carve().
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -51,21 +46,20 @@ class ComputePasses {
   bool ready_ = false;
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
-  std::vector<std::uint32_t> number_;  // for each ball in resting_: index of the tool's sphere
-  std::vector<SphereShare> shares_;    // overlaps, sorted into the order in which the CPU sums them
+  std::vector<std::uint32_t> number_;  // tool sphere of each ball in resting_
+  std::vector<SphereShare> shares_;    // in the order of the CPU's sums
   std::vector<SphereChange> changes_;
-  std::vector<CutSphere> loaded_;  // the tissue's spheres in the order of their indices; buffer for the copy to the GPU
+  std::vector<CutSphere> loaded_;  // by index, to copy to the GPU
 };
 
-/// Mean computing times of the passes on the CPU and on a GPU.
+/// Means, CPU and GPU.
 struct PassTimes {
-  double processor = 0, gpu = 0;  // s, mean time per tool position on the CPU and on the GPU
-  bool same = true;               // true if CPU and GPU gave the same bits in all tests
-  /// Returns true if the GPU is faster and gives the same bits.
+  double processor = 0, gpu = 0;  // s per tool position
+  bool same = true;               // equal bits in all tests
+  /// Faster, with equal bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures the three passes on the CPU and on the GPU. `tissue` must already be loaded on the GPU. Called only during
-/// set-up, because the measurement takes several ticks.
+/// Takes several ticks: set-up only, with `tissue` loaded.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -46,9 +46,7 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Makes the borders between labels smooth. The function that creates the labels (solid.cpp) dithers them to get exact
-// volumes, but the packing of spheres needs a smooth border. Each voxel gets the most frequent label among its
-// neighbours.
+// Labels are dithered for exact volumes (solid.cpp), but packing needs smooth borders: the most frequent neighbour.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -58,7 +56,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // Skips a voxel if all its neighbours have the same label as the voxel.
+    // All neighbours agree.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -80,9 +78,8 @@ void DepthField::smooth_labels() {
   }
 }
 
-// Finds for every voxel the closest point on the tissue's surface or on a border between tissues. The closest points
-// are passed from voxel to voxel (Danielsson 1980). In that paper a closest point is a voxel; here it may lie between
-// voxels. The distances in the field cannot be used, because they are not exact far from the surface and near cuts.
+// Closest points pass from voxel to voxel (Danielsson 1980), here also between voxels. The field's distances are
+// inexact far from the surface and near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -94,8 +91,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Start points of the propagation: the points where the line between two neighbouring voxels crosses the tissue's
-  // surface, and the points that are computed from the field's gradient.
+  // Crossings of the surface between neighbours, and points by the gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -121,8 +117,7 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // Index offsets of those 13 of the 26 neighbours that a forward scan visits before the voxel itself. The other 13
-  // neighbours are opposite to them.
+  // The 13 of 26 that a forward scan visits first; the rest are opposite.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {
@@ -130,9 +125,8 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans the voxels alternately forward and backward, until a scan changes nothing. A neighbour is evaluated only if
-  // it changed in this scan or in the previous scan, because all older changes have already been used. `changed_in`:
-  // for each voxel, the number of the last scan that changed it; 0: never, or a start point.
+  // Forward and backward until nothing changes. Only neighbours changed in this scan or the last. `changed_in`: last
+  // scan; 0: never, or a start.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

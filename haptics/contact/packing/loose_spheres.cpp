@@ -8,18 +8,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// When the links are made, two spheres are linked if the gap between them is at most this factor times the smaller
-/// radius. The factor is large so that each sphere is linked also with the next deeper layer of spheres. A cut shrinks
-/// a sphere away from the tool, towards this deeper layer, and the links to the deeper layer then remain.
+/// gap / smaller radius, to be linked at first. Large, to reach the next deeper layer, to which links remain when a cut
+/// shrinks a sphere that way.
 constexpr double kLink = 1.5;
-// m. A link breaks on two conditions: the gap between its two spheres has grown by at least this length, and the gap is
-// at least as large as the sum of their radii. The length is less than the diameter of any tool.
+// m by which a gap must grow, and reach the sum of radii, to break; less than any tool's diameter
 constexpr double kWidened = 0.1e-3;
-// number of spheres whose neighbours a flood fill visits before the next flood fill has its turn
+// spheres per turn of a flood
 constexpr int kPace = 16;
 
-/// Returns true if two spheres with the radii `ri` and `rj` are still linked at this distance of their centres.
-/// `gap_at_start`: gap between the two spheres before any cut.
+/// `gap_at_start`: before any cut.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -28,7 +25,7 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 
 struct Flood {
   std::vector<int> reached;  // all spheres that this flood fill has reached
-  std::size_t done = 0;      // number of spheres in `reached` whose neighbours have been visited
+  std::size_t done = 0;      // visited of `reached`
 };
 
 }  // namespace
@@ -74,7 +71,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
                static_cast<double>(link.gap));
 }
 
-/// Returns true if the link of the sphere `i` existed before the present cut.
+/// Before the present cut.
 bool LooseSpheres::linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
@@ -89,7 +86,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // A body can separate only where links broke, so the flood fills start at the spheres of the broken links.
+  // A body separates only where links broke.
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -115,11 +112,11 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Runs a flood fill over the linked spheres from each seed sphere. All seeds belonged to one body before the cut.
+/// From each seed over links. All seeds were one body.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // for each flood fill: index of the flood fill with which it was merged
+  std::vector<int> joined(seeds.size());  // merged with, per flood
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -148,9 +145,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two flood fills have met, so they are merged. The smaller list of spheres is appended to the larger one.
-            // The larger fill then visits all neighbours that the smaller one has not visited; it visits some
-            // neighbours twice.
+            // Met: the smaller list is appended, and its unvisited neighbours follow, some twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -163,7 +158,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        // this flood fill ended without meeting another one, so its spheres are a loose piece
+        // ended alone: a loose piece
         loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);
@@ -172,7 +167,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If every flood fill ended without meeting another one, the largest part is the main body and not a loose piece.
+  // If all ended alone, the largest is the main body.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -17,17 +17,16 @@ namespace {
 
 using namespace packing;
 
-/// One time interval of the measurement, with the tissue that the tool removes in this interval.
+/// With the tissue that the tool removes in it.
 struct Moment {
-  double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
-  // indices of the spheres that the tool overlaps, each with the overlapping volume in m³
+  double t = 0, measured = 0;  // s, start; N, mean measured
+  // index and m³ of overlapped spheres
   std::vector<std::pair<int, double>> overlap;
-  double gain = 0;  // N, force that the simulation would give in this interval if all densities were 1
+  double gain = 0;  // N, if all densities were 1
 };
 
-/// Returns the ratio of the tool's force to its cutting power, N/W. Preston's law (see `earn` in the servo) gives this
-/// ratio: power = μ_c · efficiency · F · R · ω. μ_c: cutting coefficient; F: force; R, ω: radius and angular speed of
-/// the tool. The motor's loss of speed under load is neglected.
+/// Force / cutting power, N/W, by Preston's law (the servo's `earn`): power = μ_c · efficiency · F · R · ω. Without the
+/// motor's loss of speed.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
@@ -65,8 +64,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 
-  // Computes for each interval the tissue that the tool removes along its path. This does not depend on the densities,
-  // so it is computed only once.
+  // What is removed in each interval, independent of densities, so once.
   SphereTissue spheres(packing, parameters.removal,
                        cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue));
   CutBuffers buffers(packing.size());
@@ -134,7 +132,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) {
       const double unit = stability_of(m.overlap, m.gain, 1);
       adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
-      // Limits the densities to values of at least zero. A density of zero means tissue without resistance.
+      // At least zero: no resistance.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }

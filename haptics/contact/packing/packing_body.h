@@ -1,5 +1,4 @@
-// The part of the contact model "packing" that runs on the carver thread. It owns the spheres, the strokes for undo,
-// and the distance field that is computed from the spheres.
+// "packing" on the carver thread: spheres, undo, and the field computed from them.
 #pragma once
 
 #include <span>
@@ -12,14 +11,12 @@
 
 namespace typodont::haptics::packing {
 
-/// The tissue as spheres, and the distance field that is computed from them. Carver thread only. A cut changes only the
-/// spheres; the field is updated on request. Each cut sphere stores the position that the tool's ball (a sphere of the
-/// tool) had at the deepest overlap. In the field, the part of this ball that lies in the sphere and in the gaps around
-/// it becomes air. Whenever this position has moved by 0.03 voxel, a note with the position is stored for the update.
-/// So the field depends only on the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
+/// Carver thread. A cut changes spheres only; the field follows on request: where the cutting ball lay deepest, its
+/// part in the sphere and the gaps around becomes air. A note is kept whenever that place has moved by 0.03 voxel, so
+/// the field depends on the cuts, not on the requests, within 0.03 voxel.
 class PackingBody final : public TissueBody {
  public:
-  /// Throws Error if `packing` was not made from `tissue`.
+  /// Throws Error if `packing` is not of `tissue`.
   PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
               const Parameters& parameters);
 
@@ -44,20 +41,20 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;  // state of the sphere before the stroke; after an undo: its state after the stroke
-    // m, position of the cutting tool sphere in the last Note (a change that waits for the field's update)
+    CutSphere state;  // before the stroke; undone: after it
+    // m, of the cutting ball in the last Note
     dvec3 last_noted;
   };
   struct Stroke {
     std::vector<Kept> kept;
-    // true if the stroke also changed the distance field and the labels (volume_), for example a brush stroke
+    // also changed volume_, for example a brush
     bool in_field = false;
   };
-  /// A ball (sphere of the tool) that removed a part of a tissue sphere. The note waits until the field is updated.
+  /// Removed part of a sphere; waits for the field's update.
   struct Note {
     int sphere;
-    dvec3 p_W;  // m, centre of the ball (sphere of the tool) that cut
-    double r;   // m, radius of the ball (sphere of the tool) that cut
+    dvec3 p_W;  // m, centre of the cutting ball
+    double r;   // m, its radius
   };
   void changed(int i, const CutSphere& before);
   void note(int i, const CutSphere& state);
@@ -72,27 +69,26 @@ class PackingBody final : public TissueBody {
   SpherePacking packing_;
   SphereTissue spheres_;
   Parameters parameters_;
-  std::vector<Tissue> label_;  // for each sphere: label of the field at its initial centre
+  std::vector<Tissue> label_;  // at each sphere's first centre
   std::vector<ToolSpheres> tools_;
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
-  std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state
+  std::vector<std::uint64_t> kept_in_;  // stroke that last stored its state
   std::uint64_t stroke_ = 0;
   std::vector<LooseSpheres::Changed> cut_now_;  // spheres that the present cut has changed
-  std::vector<std::uint64_t> changed_in_;       // for each sphere: number of the last cut that changed it
+  std::vector<std::uint64_t> changed_in_;       // cut that last changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;  // spheres that changed since remember_writes(true) was called
-  // m, for each tissue sphere: position of the cutting tool sphere in its last Note (a change that waits for the
-  // field's update)
+  // m, per sphere, of the cutting ball in its last Note
   std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that have already been applied to the spheres
-  bool repainted_ = false;    // true if the tissue was painted since the last snapshot
+  std::uint64_t paints_ = 0;  // of volume_, applied to the spheres
+  bool repainted_ = false;    // since the last snapshot
 };
 
 }  // namespace typodont::haptics::packing

@@ -69,10 +69,10 @@ class PackingMethod final : public ContactMethod {
 
  private:
   Parameters parameters_;
-  std::optional<SpherePacking> packing_;  // the packing that was read from a file; empty: a packing is computed
+  std::optional<SpherePacking> packing_;  // from a file; empty: computed
 };
 
-/// Reads the output file of `typodont fit-material`, which contains the hardness of each sphere.
+/// Of `typodont fit-material`: hardness of each sphere.
 void read_material(const Json& json, Parameters& p) {
   json.allow_only({"spheres", "seed", "tissue_hash", "mean_square_error_N2", "sphere", "hardness"});
   if (static_cast<std::size_t>(json["spheres"].integer(1)) != p.spheres) {

@@ -14,34 +14,28 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
-// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away than this
+// m, within which a point has the nearest sphere's tissue
 constexpr double kNearby = 0.2e-3;
-// largest number of cost computations by which the length of one step of a cut is determined
+// cost computations per step of a cut
 constexpr int kTrials = 8;
-// Search for the length of one step of a cut: the search ends when the step costs at most the energy budget, and at
-// least this fraction of it.
+// Search of a step's length ends between this fraction of the budget and all of it.
 constexpr double kWellSpent = 0.85;
-constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
-constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
-// rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
+constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
+constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
+// rad per cut; the chord is within 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a typical dental scene. While a tool is led back along its path, the rate of change of its force is
-// limited. If the scene's force limit is at most this, the rate is that of the model "offset". If it is larger, the
-// rate is larger in proportion to it.
+// N of a typical dental scene: up to it, a tool led back changes its force as fast as in "offset", above in proportion
 constexpr double kDentalForces = 20;
-// m/s, largest speed of the tool's farthest point. Hands are slower than this. If the measured pose jumps, this limit
-// keeps the tick short.
+// m/s of the farthest point; hands are slower, and jumps stay cheap
 constexpr double kFastest = 5;
 
-// A head with a large contact area postpones its cuts: it advances by only some ten nanometres per tick, but a cut must
-// compute thousands of spheres.
+// A large contact advances some ten nanometres per tick, at thousands of spheres per cut: cuts are postponed.
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kMinStep = 1e-6;         // m; a postponed cut waits until the saved energy suffices for this step
-constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed
-constexpr double kAtRest = 0.1e-6;        // m, a head that moved by less has the same contact estimate as before
+constexpr double kMinStep = 1e-6;         // m, step for which a postponed cut saves energy
+constexpr double kLongestDelay = 4.5e-3;  // s, longest delay
+constexpr double kAtRest = 0.1e-6;        // m; same estimate below
 
-/// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
-/// friction in every tick.
+/// Without spring, damper and friction: the servo's, and set_friction() per tick.
 ProxyOptions frictionless(double tick) {
   return {.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
 }
@@ -88,7 +82,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-/// Copies the spheres to the GPU. At the first snapshot, this function also decides whether the GPU is used.
+/// At the first snapshot also decides for or against the GPU.
 void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
@@ -106,9 +100,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The new snapshot lacks the cuts that the servo made after it was taken, so the servo repeats these cuts in the
-  // snapshot. If the carver has undone a stroke or removed a loose piece, a repeated cut may remove a different volume
-  // than the first time.
+  // Repeats the servo's cuts since; after an undo or a loose piece they may remove another volume.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -124,9 +116,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // The near lists contain the tissue spheres near each tool sphere. Without undo or redo they stay valid, because the
-  // new snapshot contains the same spheres as the servo, except for removed loose pieces. After undo or redo, the lists
-  // are discarded.
+  // Valid without undo or redo: the same spheres, but for removed pieces.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -136,7 +126,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo uses a clearance only if it is larger than a voxel, so smaller clearances need not be exact.
+  // The servo uses only more than a voxel, so less need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
 }
@@ -166,8 +156,7 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the tool's path. Detects a blocked tool: contacts hold the tool, although a tool at the hand's position would
-/// have no contact.
+/// Stores the path. Blocked: held by contacts that the hand's place would not have.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -190,15 +179,14 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Leads the tool back along its path, at a limited speed and without cutting, to the path point nearest to the hand.
-/// The path is free of tissue, because the tool has moved along it and no tissue has been added since then. Returns
-/// true while the tool is led back.
+/// Back along the path to the point nearest to the hand, slowly, without cutting. The path is free: nothing was added
+/// since. True: on the way.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
   const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
-  // m, largest displacement of the tool per tick while it is led back along its path
+  // m per tick
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
@@ -230,8 +218,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // While the tool has no contact, the servo moves it without calling this model. So the proxy must first take the
-  // servo's pose.
+  // Without contact the servo moved it.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -259,8 +246,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Pass 2: estimates the tissue at the contact. While a cut is postponed, no sphere changes. So the last estimate stays
-/// valid as long as the head does not move.
+/// Pass 2. Valid while a cut is postponed and the head rests.
 void PackingModel::estimate_tissue() noexcept {
   const Pose& X = proxy().pose();
   if (postponed_for_ > 0 && surface_.volume > 0) {
@@ -276,8 +262,7 @@ void PackingModel::estimate_tissue() noexcept {
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
-/// Determines the tissue from the contacts. Used if the head overlaps no tissue, because only the shank has contact or
-/// the contact is a point.
+/// By contacts, if the head overlaps nothing: shank, or a point.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -293,8 +278,7 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets the friction coefficients μ_s and μ_d (paper S2, eq. 13) according to the tissue in contact in the last tick. A
-/// rotating bur has no friction here, because the servo computes the tangential force of its cutting edges.
+/// S2, eq. 13, by the last tick's tissue. A rotating bur has none here: the servo has its edges' force.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -306,8 +290,7 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// For each sphere of the head: lists the tissue's spheres that it can touch on the motion from the proxy's pose to
-/// `to`.
+/// Tissue spheres within reach from the proxy to `to`, per sphere of the head.
 void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
@@ -318,8 +301,7 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Returns the energy for removing the tissue on a motion, J. `near_to`: end of the motion for which find_near() was
-/// called.
+/// J. `near_to`: as in find_near().
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -334,15 +316,13 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the largest fraction of the motion, at most `most`, for which the energy budget is sufficient. The motion
-/// may leave up to 15 % of the budget unused, which is then used in the next tick. The first guess uses the energy per
-/// metre of the last step. The fraction is then increased until it costs too much; after that, the secant method and
-/// bisection alternate.
+/// Fraction of the motion, up to `most`, that the budget allows, with up to 15 % left for the next tick. First by the
+/// last step's J/m, up until it is too much, then secant and bisection in turn.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction of the motion for which find_near() last listed the near spheres
+  double listed = -1;  // for which find_near() last listed
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -364,8 +344,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The energy of a cut increases faster as soon as the tool touches another sphere. The secant method then converges
-    // slowly, so every second step of the search is a bisection.
+    // Cost rises faster with each new sphere, where the secant is slow: every second step bisects.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -373,8 +352,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut must wait, because the energy suffices only for a step shorter than kMinStep. The energy is
-/// saved, so the same volume is removed later. `step`: m, step for which the present energy suffices.
+/// Saved, because it would be less than kMinStep; the volume is removed later. `step`: m that present energy allows.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const bool waits =
       step < kMinStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
@@ -417,8 +395,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, every sphere that the cut reaches was already listed to compute the cost of the cut
-    // (TriedCut). So the cut needs no new search.
+    // On a straight path the cost (TriedCut) listed all that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && tried_.complete() && near_end_[tool.head - 1] < near_.size()) {
       snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
@@ -433,8 +410,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().end_notes();
     }
   }
-  // If no tissue sphere changed, no tissue is in the tool's way: only rounding errors stopped the proxy. follow() will
-  // move the proxy in the next tick.
+  // Nothing in the way but rounding; follow() moves on in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -1,6 +1,4 @@
-// The part of the contact model "packing" that runs on the servo thread. Each tick runs the three passes of paper S2
-// (docs/papers.md): first contact, material at the contact, and removal along the motion.
-// README.md of this folder has an overview and defines the terms.
+// "packing" on the servo thread: passes of S2 (docs/papers.md) per tick. Terms: README.md.
 #pragma once
 
 #include <array>
@@ -18,20 +16,15 @@
 
 namespace typodont::haptics::packing {
 
-/// The contact model "packing" on the servo thread. constrain() runs passes 1 and 2 (first contact, material at the
-/// contact); cut() runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares
-/// CPU and GPU at the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. The cutting speed
-/// (paper S2, eq. 4) is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b
-/// is computed from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of
-/// tissue with the specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs
-/// the power A u v_d. The motor delivers the power P at the cutting edges (specific cutting energy: Shaw, "Metal
-/// Cutting Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not
-/// estimated: cut() finds the step that costs exactly the energy in the budget.
+/// constrain(): passes 1, 2; cut(): pass 3. With millions of spheres, CPU and GPU are compared at the first snapshot;
+/// the GPU is used if faster with equal bits. S2, eq. 4: v_d = v_b / ρ. Here v_b comes from motor energy: a volume dV
+/// costs u dV, so contact area A at v_d needs A u v_d, and with power P (Shaw, "Metal Cutting Principles"; Preston's
+/// law in the servo's `earn`) v_b = P / (A u_dentin). A is not estimated: cut() finds the step that costs the budget.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink.
+  /// Throws Error for a filling instrument: spheres only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Uses the given GPU passes even if the GPU is slower than the CPU. For tests.
+  /// Even if slower. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -67,36 +60,36 @@ class PackingModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   PerTissue density_{};  // density of each tissue relative to dentin
-  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
+  PerTissue energy_{};   // J/m³ per tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool
   std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
-  bool gpu_must_win_ = false;           // true: the GPU is used only if it is faster than the CPU
+  bool gpu_must_win_ = false;           // only if faster
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, position of the proxy that was last given to the servo
-  /// Leads a tool back along its path if contacts hold it far from the hand, as in the model "offset".
+  dvec3 held_{0};  // m, last given to the servo
+  /// As in "offset", for a tool held far from the hand.
   struct Retreat {
-    offset::RetreatPath path;  // earlier path of the tool; its unit of length is kPathUnit
-    dvec3 held_at{0};          // m, position near which the proxy has been blocked
-    double held_for = 0;       // s, time that the proxy has spent near held_at while the hand was far away
-    bool leading = false;      // true while the proxy is led back along `path`
-    std::size_t to = 0;        // index of the path point to which the proxy is led back
-    bool wedged = false;       // true if the proxy is stuck: the hand is far away, and no path back was found
+    offset::RetreatPath path;  // in kPathUnit
+    dvec3 held_at{0};          // m, where the proxy is blocked
+    double held_for = 0;       // s near held_at with the hand far away
+    bool leading = false;      // on the way back along `path`
+    std::size_t to = 0;        // path point of the way back
+    bool wedged = false;       // hand far away and no way back
   } retreat_;
   SurfaceEstimate surface_;
-  Pose X_estimated_;          // pose of the proxy for which surface_ was computed
-  double postponed_for_ = 0;  // s, time for which a cut has been postponed so far; 0: no cut is postponed
+  Pose X_estimated_;          // of surface_
+  double postponed_for_ = 0;  // s postponed; 0: not
   CutBuffers buffers_;
   TriedCut tried_;
-  // result of find_near(): for each sphere of the head, the list of tissue spheres near it, one list after the other
+  // find_near(): lists per head sphere, in sequence
   std::vector<Place> near_;
-  // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
+  // of the motion, whose cut tried_ holds; negative: none
   double tried_share_ = -1;
-  std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
-  // J, estimated energy for a cut along the whole motion, from the energy per metre of the last step; 0: unknown
+  std::vector<std::size_t> near_end_;  // end of each list in near_
+  // J for the whole motion, by the last step; 0: unknown
   double price_ = 0;
-  double last_path_length_ = 0;  // m, length of the whole motion for which the last cut was computed
+  double last_path_length_ = 0;  // m, of the last cut's whole motion
   RecentCuts<MadeCut> made_;
 };
 

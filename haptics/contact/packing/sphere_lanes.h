@@ -1,5 +1,4 @@
-// Geometry of two spheres as in sphere_pair.h, but for eight pairs at once, with the same bits. Included only by the
-// .cpp files of the packing model.
+// sphere_pair.h for eight pairs, with the same bits. Only for the packing's .cpp files.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -12,8 +11,7 @@ TYPODONT_INLINE void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
-/// Computes the volume of the overlap of two spheres (a lens) in each lane. The result has the same bits as
-/// lens_volume().
+/// The bits of lens_volume().
 TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;
@@ -22,7 +20,7 @@ TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& v
   volume = d < sum ? (d <= (off < D8{} ? -off : off) ? whole : lens) : D8{};
 }
 
-/// Computes for each lane the vector from nearest_on(a, b, (x, y, z)) to the point (x, y, z).
+/// From nearest_on(a, b, (x, y, z)) to (x, y, z).
 TYPODONT_INLINE void offsets_from_segment(const D8& x, const D8& y, const D8& z, const dvec3& a, const dvec3& b,
                                           D8& off_x, D8& off_y, D8& off_z) {
   off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;

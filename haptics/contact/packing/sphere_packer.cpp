@@ -20,29 +20,26 @@ namespace {
 
 using packing::DepthField;
 
-// All lengths in this file are in voxels of the field, unless a comment says metres.
+// In voxels, unless metres are stated.
 
-constexpr int kEdge = 4;  // number of grid nodes along the edge of a block of nodes
+constexpr int kEdge = 4;  // nodes along a block's edge
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// The free radius of a grid node is the radius of the largest sphere around the node that fits. A stored free radius is
-// at most this multiple of the radius limit (the largest allowed radius of a sphere).
+// Free radius: largest sphere around a node that fits; stored up to this multiple of the limit.
 constexpr float kFullDepths = 2;
-constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the largest allowed sphere radius
-// In grid spacings. When the largest sphere that still fits has at most this radius, a finer grid is made.
+constexpr double kFirstSpacing = 1 / 3.0;  // first grid's spacing / largest allowed radius
+// In spacings; when no more fits, a finer grid follows.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // ratio of the spacing of a grid to that of the next, finer grid
-// In grid spacings, smallest radius of a sphere that is placed with a grid. A smaller sphere is skipped, and a finer
-// grid may find it again.
+constexpr double kFiner = 1.5;  // to the next finer grid
+// In spacings, smallest that is placed; smaller ones may come back in a finer grid.
 constexpr double kLeastRadius = 0.3;
-// The search from a grid node gives a sphere. If the sphere's radius is smaller than this fraction of the free radius
-// (largest sphere that fits) stored at the node, the sphere is postponed.
+// Found radius / stored free radius, below which a sphere is postponed.
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance between a sphere's centre and its node
-constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre
-// Voxels, smallest grid spacing. If a finer grid would be needed, the packing is complete.
+constexpr double kLargestTravel = 1.0;  // spacings, centre to node
+constexpr double kLastStep = 0.02;      // spacings, last step of the search
+// voxels, finest spacing; then the packing is complete
 constexpr double kSmallestSpacing = 0.004;
 
-/// Returns unit vectors that are evenly distributed over the sphere (Fibonacci lattice).
+/// Even over the sphere (Fibonacci lattice).
 template <std::size_t kCount>
 std::array<dvec3, kCount> even_directions() {
   std::array<dvec3, kCount> d;
@@ -58,8 +55,7 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from the centre of this sphere to
-/// the first node. Returns true if any free radius became smaller.
+/// After a sphere. `to`: from its centre to the first node. True: some became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -73,15 +69,13 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Returns the key (priority) of a node: the node with the largest key gets the next sphere. Nodes whose free radius is
-/// at least the radius limit come first. Among them, the node with the least space around it comes first, so that
-/// spheres lie close together. The other nodes follow in the order of their free radii, the largest first.
+/// Largest first: nodes at the radius limit, with least space around, so that spheres lie close; then by free radius.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// Returns the largest key (priority, see key_of()) of a block's nodes, or 0 if no key is positive.
+/// key_of(); 0: none positive.
 TYPODONT_DISPATCH("avx2", "default")
 float largest_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -105,7 +99,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// Places the next sphere. Returns false if there is no space left, even on the finest grid.
+  /// False: no space, even on the finest grid.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -124,23 +118,21 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // The sphere that fits at this node is now smaller than its stored free radius, so another node may have a larger
-      // free radius.
+      // Smaller than stored now: another node may have more.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // Usually the placed sphere reduces the free radius of its node. If the search moved the sphere so far away that
-      // the node keeps its free radius, the node is marked as used.
+      // Mostly the sphere takes its node's space; if the search moved too far, the node is marked.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
     }
   }
 
-  /// Returns the radius of the largest sphere that would still fit.
+  /// That still fits.
   double largest_hole() {
     double most = 0;
     for (int tries = 0; tries < 4096; ++tries) {
@@ -158,11 +150,10 @@ class Packer {
   }
 
  private:
-  /// A block of 4³ nodes of the grid. Each node stores its free radius: the radius of the largest sphere around the
-  /// node that fits; 0 or less if none fits.
+  /// 4³ nodes with free radii; 0 or less: nothing fits.
   struct Block {
     alignas(32) float free[kNodes];
-    glm::ivec3 at;  // position of the block in the grid of blocks
+    glm::ivec3 at;  // in the grid of blocks
     float key;
   };
   struct Entry {
@@ -212,8 +203,7 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// Calls use(i) for every sphere that overlaps the ball with centre p and radius `reach`. A sphere may be reported
-  /// more than once.
+  /// use(i) for overlaps with the ball at p of `reach`; some repeatedly.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
@@ -257,7 +247,7 @@ class Packer {
     }
   }
 
-  /// Rebuilds the grid with another spacing, including all spheres placed so far.
+  /// With all spheres so far.
   void make_grid(double spacing) {
     const double largest_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;
@@ -271,7 +261,7 @@ class Packer {
     block_at_.assign(cell_count, -1);
     for (std::size_t i = 0; i < placed_.size(); ++i) link(static_cast<int>(i));
 
-    // Creates all blocks that may contain tissue. Their free radii start at the largest possible value.
+    // That may hold tissue; free radii start at the largest.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
     for (int x = 0; x < cells_.x; ++x) {
@@ -286,13 +276,12 @@ class Packer {
         }
       }
     }
-    // Reduces the free radii near the spheres placed so far. The next spheres will hardly be larger than the last one,
-    // so a placed sphere limits only the blocks near it.
+    // The next are hardly larger than the last, so each limits only nearby blocks.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // Limits the free radii to the depth of the tissue, and removes blocks in which no sphere fits.
+    // To the depth; blocks without room go.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -321,8 +310,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // The stored free radii are limited. So a placed sphere changes only nodes whose distance from its centre is less
-    // than s.r + most.
+    // Radii are limited, so only nodes within s.r + most change.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -331,8 +319,7 @@ class Packer {
     });
   }
 
-  /// Returns the largest free sphere whose centre is near `node`. The search tries evenly distributed directions, and
-  /// halves its step if no direction gives a larger sphere.
+  /// Near `node`: even directions, halving the step.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -345,7 +332,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // A sphere that is farther away than the largest possible radius cannot limit the result.
+    // Farther than the largest radius: no limit.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -361,8 +348,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Returns the free radius at a point, at most the radius limit. If the true value is at most `enough`, the function
-  /// may return any value up to `enough`.
+  /// Up to the limit; any value up to `enough` if it is below.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -372,8 +358,7 @@ class Packer {
     return std::min(free, field_.in(tissue, p));
   }
 
-  /// Shrinks a sphere until it lies completely inside its tissue. This corrects the error of the linear interpolation
-  /// of the depth.
+  /// Until inside its tissue: corrects the interpolated depth.
   void shrink_into(Placed& s, Tissue& label) const {
     static const std::array<dvec3, 48> kAround = even_directions<48>();
     label = field_.tissue_at(s.p);
@@ -392,7 +377,7 @@ class Packer {
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  // for each cell: the index of its block, and the index of its first link to a sphere
+  // block, and first link to a sphere, per cell
   std::vector<int> block_at_, first_link_;
   struct Link {
     int sphere, next;
@@ -402,7 +387,7 @@ class Packer {
   std::priority_queue<Entry> queue_;
   std::vector<Placed> placed_;
   std::vector<Placed> near_;      // spheres near the position that is being examined
-  std::vector<unsigned> stamps_;  // for each sphere: marks whether it is already in near_
+  std::vector<unsigned> stamps_;  // already in near_
   unsigned stamp_ = 0;
 };
 
@@ -451,7 +436,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels, width of the layer of air that is added around the tissue
+  constexpr int kAir = 2;  // voxels of air around the tissue
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));

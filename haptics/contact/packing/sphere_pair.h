@@ -1,5 +1,4 @@
-// Geometry of two spheres: time of contact, penetration depth, and volume of overlap. Pure functions, which work in any
-// unit of length.
+// Contact time, depth and overlap. Pure; any unit of length.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +12,9 @@ namespace typodont::haptics::packing {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Paper S2, eq. 1: returns the time at which a sphere that moves by `m` between time 0 and 1 first touches a sphere at
-/// rest; kNever if it does not touch. `D`: vector from the moving centre to the other centre. `R`: sum of the radii. If
-/// the spheres touch or overlap at the start, returns 0 if they approach (m·D > 0), and otherwise kNever, so that
-/// overlapping spheres can always separate. In the paper's formula, the root is taken of the difference of two nearly
-/// equal numbers, which loses precision. This function avoids the loss with (m·D)² - m²(D² - R²) = m²R² - |m × D|².
+/// S2, eq. 1: first touch of a sphere moving by `m` in 0..1; kNever otherwise. `D`: to the other centre; `R`: sum of
+/// radii. Touching at the start: 0 if approaching (m·D > 0), else kNever, so spheres can separate. The paper's root
+/// loses digits; here (m·D)² - m²(D² - R²) = m²R² - |m × D|².
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
@@ -29,9 +26,8 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   return touches ? root : kNever;
 }
 
-/// Paper S2, eq. 2: returns the volume of the overlap of two spheres with centre distance `d`. The volume is 0 if they
-/// do not overlap, and the volume of the smaller sphere if it lies inside the larger one. The equation as printed in
-/// the paper lacks the denominator and the square of the difference of radii; they are added here.
+/// S2, eq. 2, at distance `d`: 0 apart, the smaller sphere inside. As printed it lacks the denominator and the squared
+/// difference of radii.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);
@@ -40,7 +36,7 @@ inline double lens_volume(double r1, double r2, double d) noexcept {
   return kPi * in * in * (d * d + 2 * d * (r1 + r2) - 3 * off * off) / (12 * d);
 }
 
-/// Returns the point of the segment from a to b that is nearest to p.
+/// Nearest to p on a–b.
 inline dvec3 nearest_on(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double length2 = glm::dot(ab, ab);

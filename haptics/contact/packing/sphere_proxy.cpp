@@ -13,58 +13,50 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-// largest number of motions with a collision test in one tick; the remaining motion follows in the next tick
+// tested motions per tick; the rest follows
 constexpr int kSweeps = 24;
-// Largest number of consecutive motions without progress in one tick. Such motions occur in a cavity with many
-// contacts. After this number, the proxy stays where it is until the next tick.
+// Motions without progress in a row, as in a cavity with many contacts; then the proxy waits for the next tick.
 constexpr int kStuck = 8;
-// largest number of contacts of the non-cutting parts that are searched in one cut
+// contacts of non-cutting parts, per cut
 constexpr int kSlides = 6;
-constexpr int kRounds = 60;         // largest number of iterations in one projection onto the contact planes
-constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection onto the contact planes
-// m, tolerance: the proxy has reached its goal if the remaining displacement is smaller than this
+constexpr int kRounds = 60;         // iterations per projection
+constexpr double kSettled = 1e-12;  // m, of a projection
+// m from the goal
 constexpr double kArrived = 1e-10;
-// rad, largest rotation in one step; its chord then deviates from the arc by less than 5e-5 of the tool's reach
+// rad per step; the chord is within 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-// m. A near list (tissue spheres near a tool sphere) is valid until the tool sphere has moved by the list's margin. The
-// margins of different lists differ slightly; their mean is at least this.
+// m, mean margin: the tool sphere's motion for which a near list holds
 constexpr double kMargin = 60e-6;
-// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made when they
-// are needed
+// m, mean margin of lists made when needed
 constexpr double kLargestMargin = 300e-6;
-// ratio of a near list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
+// margin / motion per tick
 constexpr double kAhead = 3;
-// m, search distance for the tissue sphere nearest to a tool sphere, if its near list would be empty
+// m, for the nearest sphere, if a list would be empty
 constexpr double kLook = 2e-3;
-// m, upper bound of a distance's rounding error; it is added to all limits of distances
+// m, rounding of a distance, added to all limits
 constexpr double kRounding = 1e-12;
-// This factor makes a motion slightly longer, so that contacts exactly at its end are found.
+// Slightly longer, so that contacts at the end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // smallest capacity of one near list (spheres near a tool sphere)
-constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-// m. A query returns the spheres of a near list whose gap to the tool sphere is below a limit. If the list is long and
-// the limit is below this constant, these spheres are not tested one by one, because nearly all of them are near the
-// tool (see listed_near).
+constexpr std::size_t kListed = 64;        // of a near list
+constexpr std::size_t kAllListed = 16384;  // of all, spheres
+// m; below, a long list's spheres count as near without a test (listed_near)
 constexpr double kFewOthers = 100e-6;
-// a near list counts as long if it contains, or has memory for, at least this number of spheres
+// spheres, or room for them, from which a list is long
 constexpr std::size_t kLongList = 1024;
-constexpr std::size_t kLanes = 8;  // number of spheres in a near list that one vector instruction compares
-// m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
-// spheres overlap so deeply that every comparison finds them.
+constexpr std::size_t kLanes = 8;  // compared per vector instruction
+// m, rounding of a gap in single precision; below -10 mm every comparison finds the sphere
 constexpr float kFloatRounding = 1e-9f;
-// m, smallest margin of a near list (spheres near a tool sphere); if it would be smaller, no list is made
+// m, smallest margin; otherwise no list
 constexpr double kLeastMargin = 1e-6;
-constexpr double kReduced = 0.8;  // if a near list would be too long, its margin is multiplied by this factor
-// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made in advance
-// (prepare_lists)
+constexpr double kReduced = 0.8;  // on the margin, if a list is too long
+// m, mean margin of lists made in advance (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;  // ratio of a prepared near list's margin to the tool sphere's motion per tick
-constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches
-// if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
+constexpr double kTicksAhead = 10;         // margin / motion per tick, in advance
+constexpr std::size_t kLeavesATick = 320;  // leaves searched per tick
+// searches until a too long list is tried again
 constexpr int kNotAgain = 64;
 
-/// Returns the mean (m) of the margins of long near lists. A margin is the motion for which a list stays valid. `way`:
-/// m, motion of a tool sphere per tick.
+/// m, mean of long lists. `way`: m per tick.
 double prepared_margin(double way) {
   return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
 }
@@ -101,7 +93,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
-  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the angle of the remaining rotation
+  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cos of half the remaining angle
   return {goal, glm::distance(X_W_.p, goal.p) + kRounding, 2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
 }
 
@@ -145,15 +137,13 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Returns the margin (motion for which the list stays valid, m) of the near list of tool sphere `i`. `margin`: mean
-/// over all lists. The margins differ slightly; with equal margins, all lists of a tool that moves steadily would
-/// become invalid in the same tick.
+/// m, for tool sphere `i`. `margin`: mean. Slightly different, or all would expire in one tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
 }
 
-/// Starts the search for a near list: the tissue spheres near the tool sphere `i`, whose centre is `center`.
+/// For tool sphere `i` at `center`.
 void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3& center, double margin) noexcept {
   next_.tool_sphere = i, next_.active = true;
   next_.center = center, next_.margin = margin;
@@ -161,8 +151,7 @@ void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3&
   next_.search = tree.start_search();
 }
 
-/// Continues the search for the next near list (the tissue spheres near a tool sphere). Returns true when the list is
-/// complete. If the spheres do not fit into the memory of the list, its margin is reduced.
+/// True: complete. Reduces the margin if the list overflows.
 bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
@@ -187,7 +176,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   return next_.search.done();
 }
 
-/// Replaces the near list (tissue spheres near a tool sphere) by the new list, which is complete.
+/// By the new one, complete.
 void SphereProxy::use_list() noexcept {
   const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
@@ -213,7 +202,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list of a tool sphere: finds the tissue spheres around it.
+/// Around a tool sphere.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -229,9 +218,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes long near lists (tissue spheres near a tool sphere) before they are needed, a part in each tick. A list is
-/// replaced when the tool has moved by half of the list's margin. A faster tool gets lists with a wider margin, and
-/// larger parts in each tick.
+/// In advance, part by part; replaced after half the margin. Faster tools get wider margins and larger parts.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (room_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -265,9 +252,7 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
   }
 }
 
-/// Returns the first sphere of the near list (nearby tissue spheres) of tool sphere `i` that this tool sphere touches
-/// before time `until`. `certain`: true if the tool sphere cannot touch a sphere outside the list before the returned
-/// one.
+/// First of list `i` touched before `until`. `certain`: nothing outside the list can come first.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -296,10 +281,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
-/// contacts, returns the one with the lowest index. The near lists (tissue spheres near each tool sphere) are searched
-/// first. Usually they contain a contact, and the motion before this contact is so short that the tree need not be
-/// searched.
+/// Of spheres `begin` to `end` - 1 before `until`; simultaneous: lowest index. Lists first: mostly they have the
+/// contact, and no tree search is needed before it.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -320,7 +303,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
   return first;
 }
 
-/// Returns the first contact of the tool on its motion to `goal`.
+/// On the way to `goal`.
 FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
   FirstContact first;
   const Motion motion = motion_to(goal);
@@ -350,10 +333,8 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Writes to `found` the tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in
-/// the tree's order, and returns their number. Spheres whose gap to the tool sphere exceeded `gap` when the list was
-/// made are too far away and are skipped. In a long list, the other spheres are not tested one by one: a long list
-/// belongs to a large head, and nearly all spheres with a gap below `gap` are near the segment.
+/// Of list `i`, nearer than `reach` to a–b, in the tree's order. Those with a gap above `gap` when listed are skipped;
+/// in a long list the rest is not tested: nearly all are near a large head.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -399,14 +380,12 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// Returns the fraction 0..1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap from
-/// the first contact.
+/// 0..1 to `goal`, up to kGap before the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, decrease of the distance between the two spheres per unit of the motion's parameter, which is 0 at the start of
-  // the motion and 1 at its end
+  // m of approach per unit of the motion's parameter, 0..1
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -427,9 +406,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds this contact as a constraint and repeats the search. follow() did not find this contact if a contact of the
-    // head stopped the proxy earlier. If the contact is already a constraint, the motion reached it only because the
-    // rotation curves the path, so the gap of the constraint is reduced accordingly.
+    // As a constraint, and again. A contact of the head may have stopped follow() before. If it is one already,
+    // rotation curves the path: its gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -441,16 +419,15 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// Projects the wanted motion (translation `move`, rotation `turn`) onto the constraints of the tool's spheres from
-/// `first_sphere` on. The result has the translation δ and the rotation φ that minimise |δ - move|² + lever_² |φ -
-/// turn|². The length lever_ makes rotations comparable with translations.
+/// Nearest to `move`, `turn` under the constraints from `first_sphere`: minimises |δ - move|² + lever_² |φ - turn|²,
+/// lever_ making rotations lengths.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad, rotation of the tool that a push of 1 m along this constraint causes
-    double yields;  // change of the gap (m) that a push of 1 m along this constraint causes
+    dvec3 turned;   // rad per m of push
+    double yields;  // m of gap per m of push
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -461,15 +438,14 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       continue;
     }
     const dvec3 turned = c.turn / (lever_ * lever_);
-    // The push of the last tick is the first guess.
+    // First guess.
     if (c.multiplier > 0) {
       allowed_move += c.multiplier * c.n;
       allowed_turn += c.multiplier * turned;
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A ball at the origin of the tool's frame is not turned by its contacts. In this case, the sums for the rotation are
-  // zero and are left out, so that each iteration waits for fewer results of the iteration before.
+  // A ball at T's origin is not turned: no rotation sums, shorter waits.
   const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
@@ -478,8 +454,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       double gap = c.gap + glm::dot(c.n, allowed_move);
       if (turns) gap += glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      // A constraint with a positive gap and without push changes nothing, so it is skipped. The next constraint then
-      // need not wait for the sums of this one.
+      // With a gap and no push it changes nothing; the next need not wait.
       if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - (turns ? gap / steps[k].yields : gap));
       const double by = c.multiplier - before;
@@ -491,8 +466,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue. Returns
-/// count_ if they have no contact.
+/// In contacts_; count_: none.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -501,7 +475,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // if the array of contacts is full, the new one replaces the one with the smallest push
+  if (at == kMostContacts) {  // full: replaces the least push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -524,7 +498,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // Keeps those contacts of the last tick that still touch.
+  // That still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -547,8 +521,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (paper S2, eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
-    // slide.
+    // Coulomb (S2, eq. 10–13): pushes limit sliding.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -563,8 +536,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Moves the proxy along a part of the motion, with a collision test. Both the largest allowed rotation and the path
-    // that remains in this tick limit the length of this part.
+    // A tested part of the motion, limited by rotation and by the path left in this tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= fraction, turned *= fraction;
@@ -592,8 +564,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // Determines the push of each contact at the proxy's new position. If the proxy has not moved since the last
-  // projection, the pushes of that projection are still valid.
+  // At the new position; at rest since the last projection, its pushes hold.
   if (!arrived) {
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);

@@ -11,13 +11,12 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// If the angle between the directions of two cuts of a sphere is less than 60°, the second cut continues the first
-/// one. This is the cosine of that angle.
+/// cos 60°: two directions within it are one cut going on
 constexpr double kSameSide = 0.5;
-// number of cuts after which the bounding boxes of the tree nodes above a leaf are made exact again
+// cuts until boxes above a leaf are exact again
 constexpr std::size_t kExactEvery = 16;
-constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error in the displacement of a sphere
-constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
+constexpr double kRounding = 1e-15;  // m, rounding of a displacement
+constexpr double kTouching = 1e-13;  // m, overlap by rounding
 
 double ball_volume(double r) {
   return 4.0 / 3.0 * kPi * r * r * r;
@@ -48,7 +47,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Returns the volume in m³ that a sphere represents, including its part of the gaps.
+/// m³, with its part of the gaps.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (gone(s)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -63,8 +62,7 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Cuts the sphere `s` with a ball of radius `r` that moves from a to b. If the ball does not overlap `s` more deeply
-/// than before, returns false and does not change the sphere.
+/// By a ball of `r` from a to b. False: no deeper than before.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -75,7 +73,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut of the sphere starts. Its present state becomes the base, from which the ball removes tissue.
+    // A new cut: the present state becomes the base.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -95,7 +93,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // a changed sphere in the tree leaf whose bounding boxes must still be updated
+  std::optional<Place> unmended;  // boxes must still follow
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -117,13 +115,13 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
   set(i, after);
 }
 
-/// Eight spheres and the results of their cut by one ball.
+/// And their cut by one ball.
 struct SphereTissue::Lanes {
   static constexpr std::size_t kWide = SphereTree::kWide;
   double base[3][kWide], base_radius[kWide], base_volume[kWide], away[3][kWide], overlap[kWide], tool[kWide];
   double new_away[3][kWide], new_overlap[kWide], taken[kWide], protrudes[kWide];
-  unsigned changes;  // bit mask of the spheres that change; their results are valid
-  unsigned others;   // bit mask of the spheres for which after_cut() must be called
+  unsigned changes;  // changed, with valid results
+  unsigned others;   // to be done by after_cut()
 
   void put(std::size_t k, const CutSphere& s) {
     base[0][k] = s.base.x, base[1][k] = s.base.y, base[2][k] = s.base.z;
@@ -131,7 +129,7 @@ struct SphereTissue::Lanes {
     away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
     overlap[k] = s.overlap, tool[k] = s.tool;
   }
-  /// Writes to `s` the state of sphere `k` after its cut by a ball of radius `r`.
+  /// Sphere `k` after a ball of `r`.
   void take(std::size_t k, double r, CutSphere& s) const {
     s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
     s.base_radius = base_radius[k], s.base_volume = base_volume[k];
@@ -142,8 +140,7 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// Computes SphereTissue::counted() (a sphere's part of the tissue's volume) for eight spheres, with the same bits. Not
-/// for Removal::kAsPrinted.
+/// SphereTissue::counted() for eight, same bits. Not for Removal::kAsPrinted.
 TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
@@ -154,8 +151,7 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   volume = radius > SphereTissue::kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
-/// Computes the cut of eight spheres by a ball of radius `r` that moves from a to b, with the same bits as
-/// SphereTissue::after_cut(). Spheres that are now cut from another side are only marked in `others`.
+/// SphereTissue::after_cut() for eight, same bits; `others`: cut from another side.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -177,8 +173,7 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Computes the distance by which the sphere after the cut protrudes beyond its surface before the cut. A cut with an
-  // overlap moves the base sphere by half of the overlap and reduces its radius by the same length.
+  // Protrusion: an overlap moves the base by half of it and takes as much off its radius.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -210,8 +205,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // If the cut does not change this sphere, the next sphere overwrites its entry in steps_. If steps_ is full, each
-      // further change overwrites the last entry.
+      // Unchanged: overwritten by the next. Full: the last entry is overwritten.
       Step& step = steps_[std::min(count_, kMostSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
@@ -241,8 +235,7 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the bounding boxes of the tree nodes above a sphere that make() has changed. After most cuts, the boxes are
-/// only widened, which is faster than making them exact.
+/// Of what make() changed; mostly only widened, which is faster.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);
@@ -274,9 +267,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have no voxel. Such a sphere
-  // represents its own volume. Then the volumes are scaled, so that for each tissue their sum is the volume of the
-  // tissue.
+  // Smaller than a voxel, a sphere may own none: then its own volume. Scaled to the tissue's.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -15,12 +15,11 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// Upper bound of the rounding error, as a fraction of the packing's size. It covers about twelve roundings in single
-// precision.
+// of the packing's size: about twelve roundings in single precision
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
-/// Computes contact_time() for eight spheres. All processors evaluate the same operations, so they give the same bits.
+/// contact_time() for eight; same bits everywhere.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kWide; ++i) {
@@ -29,7 +28,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
-/// Returns a bit mask of the spheres that are nearer than `reach` to the segment from a to b.
+/// Nearer than `reach` to a–b.
 TYPODONT_INLINE unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -44,8 +43,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes for each sphere the distance from a point to its surface, minus `offset`. Returns a bit mask of the spheres
-/// for which the result is less than `most`.
+/// Distance to each surface minus `offset`; mask: below `most`.
 TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -56,7 +54,7 @@ TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, d
   return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
-/// Returns the box around the spheres of a leaf, relative to `origin` and enlarged by `slack`.
+/// Relative to `origin`, enlarged by `slack`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
   D8 r;
@@ -74,7 +72,7 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, flo
   }
 }
 
-/// Returns the box that contains the boxes of all children of a node.
+/// Around all children.
 TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) {
   for (int a = 0; a < 3; ++a) {
     lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
@@ -82,7 +80,7 @@ TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Computes the squared distance from a point to the box of each child; infinite for an empty box.
+/// Squared, to each child's box; infinite: empty.
 TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -93,15 +91,14 @@ TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Returns a bit mask of those children of a node whose boxes are within the distance `reach` of a point.
+/// Within `reach`.
 TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a moving sphere. A child of a node that lies outside this ball cannot be touched and
-/// needs no further test. For a large moving sphere, this test excludes more children than the test of the boxes.
+/// Around the whole path: excludes more children than boxes do, for a large moving sphere.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -110,8 +107,7 @@ struct Around {
   }
 };
 
-/// A moving sphere as data for children_hit(). children_hit() returns a bit mask of those children of a node that the
-/// sphere may touch before the time `until`. `enter` receives the earliest possible time of contact for each child.
+/// For children_hit(): mask of those it may touch before `until`; `enter`: earliest times.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -172,8 +168,7 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf, /*exactly=*/true);
 }
 
-/// Sorts the elements `from` to `to` - 1 of sphere_in_. Each group of `chunk` successive spheres is then close together
-/// in space, and so is each eighth of a group, each eighth of an eighth, and so on.
+/// `from` to `to` - 1 of sphere_in_: each `chunk`, each eighth of it and so on is close together.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -196,8 +191,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change. If `exactly` is false, it
-/// stops already at the first box that is large enough.
+/// Up to the first unchanged box, or, unless `exactly`, to the first large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, slack_, lo, hi);
@@ -247,13 +241,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m, if the displacement along an axis is smaller than this, it counts as zero, because it is far smaller than the
-    // margin of the boxes
+    // m per axis that count as zero, far below the boxes' margin
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // The reach is increased by an upper bound of the single-precision errors of positions and contact times.
+  // Plus single-precision errors.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -283,7 +276,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // The nearest child is pushed onto the stack last, so that it is visited first.
+    // Nearest last, so visited first.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -306,7 +299,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
-  // Upper bound of the rounding errors of positions in single precision.
+  // Of positions in single precision.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
@@ -361,8 +354,7 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
   return count;
 }
 
-/// Calls visit(place, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. visit()
-/// may reduce `most` to shorten the search. It ends the search by setting `most` to negative infinity.
+/// visit(place, distance to the surface) if possibly below `most`, which it may reduce; negative infinity ends.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -391,7 +383,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // The nearest child is pushed onto the stack last, so that it is visited first.
+    // Nearest last, so visited first.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

@@ -40,13 +40,13 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
 
 namespace {
 
-/// Results of eight pairs of a tissue sphere and a ball.
+/// Of eight tissue spheres and a ball.
 struct Overlaps {
   double volume[SphereTree::kWide];
-  double n[3][SphereTree::kWide];  // unit vector from the tissue sphere to the ball
+  double n[3][SphereTree::kWide];  // to the ball
 };
 
-/// Computes the overlaps of eight tissue spheres with a ball of radius `r` at `c`.
+/// Ball of `r` at `c`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Overlaps& overlaps) {
   D8 x, y, z, radius, volume;
@@ -62,8 +62,7 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
   write_lanes(overlaps.n[2], apart ? z / d : D8{});
 }
 
-/// near(t, c, r) must find the tissue's spheres within the distance r of c, the centre of tool sphere t. It must write
-/// their places (indices) to `scratch`, in the tree's order, and return their number.
+/// near(t, c, r): places within r of tool sphere t's centre c into `scratch`, in the tree's order; returns how many.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                           double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {

@@ -12,17 +12,14 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSamples = 48;  // number of field samples along the longest side of the tool
-// Distance between two neighbouring spheres of a chain, as a ratio to their radius. The notch between them is then 2 %
-// of the radius deep.
+constexpr double kSamples = 48;  // samples along the longest side
+// chain's step / radius; notches are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
-// Parameters of the rings of spheres. kCells: number of grid nodes across the head's radius. kRingStep: distance
-// between two neighbouring spheres of a ring, as a ratio to their radius. kLeastCovered: smallest uncovered volume that
-// an additional ring must cover, as a ratio to the head's volume.
+// Nodes across the radius; ring's step / radius; least new volume of a ring / head.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
 
-/// Adds a chain of inscribed spheres, centred on the axis, for a part of the tool that never cuts.
+/// Inscribed, on the axis, for a part that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -34,9 +31,7 @@ void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   }
 }
 
-/// Models a rotationally symmetric head by overlapping inscribed spheres, in rings around its axis. Rings are added one
-/// by one. The next ring is always the ring that covers the largest uncovered volume per sphere. The resulting surface
-/// is smoother than the surface of a packing, because the spheres overlap.
+/// Overlapping inscribed spheres in rings, each time the one with most new volume per sphere. Smoother than a packing.
 class Rings {
  public:
   explicit Rings(const Tool& tool)
@@ -61,7 +56,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double most_gain = 0;  // largest uncovered volume per sphere that an additional ring would cover
+      double most_gain = 0;  // new volume per sphere
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -88,23 +83,21 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// A grid node at the distance i · side_ from the axis represents a ring around the axis. Returns the volume of this
-  /// ring, in units of 2π side_³.
+  /// Ring at i · side_ from the axis, in 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Returns the number of spheres in the ring through the grid node (i, j); 0 if the node is outside the head.
+  /// Through node (i, j); 0: outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = room_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through grid node (i, j)
-  /// covers. The cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
+  /// f(level, first, end) for what the ring covers, midway between spheres, where it is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
@@ -116,7 +109,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Returns the volume that the ring through the grid node (i, j) covers and that no earlier ring covers.
+  /// New volume of the ring through (i, j).
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -129,12 +122,12 @@ class Rings {
     });
   }
 
-  double side_;               // m, distance between two neighbouring nodes of the grid
-  int levels_;                // number of levels of the grid; a level contains the nodes at one height along the axis
-  double bottom_;             // m, height (along the axis) of the first level of grid nodes
-  std::vector<double> room_;  // m, for each grid node: its depth below the surface of the head
-  std::vector<std::uint8_t> covered_;  // for each grid node: true if outside the head or inside a ring
-  std::vector<double> open_;           // for each level: cumulative sums of the uncovered volume, from the axis out
+  double side_;                        // m between nodes
+  int levels_;                         // nodes at one height each
+  double bottom_;                      // m along the axis, first level
+  std::vector<double> room_;           // m below the surface, per node
+  std::vector<std::uint8_t> covered_;  // outside the head, or in a ring
+  std::vector<double> open_;           // new volume from the axis out, per level
   double enough_ = 0;
 };
 
@@ -180,7 +173,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   field.band = glm::length(extent);
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // the label may be any tissue, because a tool consists of one material
+  field.tissue.assign(count, Tissue::kEnamel);  // any tissue: a tool is one material
   for (int x = 0; x < field.size.x; ++x) {
     for (int y = 0; y < field.size.y; ++y) {
       for (int z = 0; z < field.size.z; ++z) {
@@ -191,7 +184,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // spheres may be as large as the field allows; only tissue needs small spheres
+  options.max_radius = field.band;  // as large as fits; only tissue needs small ones
   const SpherePacking packing = pack_spheres(field, options);
   return {packing.center, packing.radius};
 }
