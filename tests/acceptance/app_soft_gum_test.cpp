@@ -184,7 +184,7 @@ TEST_F(SoftGum, OfALiveSessionReachesEveryPictureOnTheServosTape) {
 TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
   Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5"));
   ASSERT_EQ(ran.status, 0) << ran.err;
-  SessionPlayer player(folder / "session.h5");
+  SessionPlayer player(std::filesystem::path(folder / "session.h5"));
   const Surroundings around = make_surroundings(player.scene().surroundings);
   const SurroundingsShape shape(*player.scene().surroundings);
   SoftGumPlayer gum(player, soft_gum(player.scene().surroundings), around);

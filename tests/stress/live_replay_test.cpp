@@ -263,7 +263,7 @@ TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   other.join();
   recorder.finish(s.carver.volume());
   EXPECT_GT(s.carver.cuts(), 100u);
-  const ReplayResult replayed = replay_session(file, {});
+  const ReplayResult replayed = replay_session(session::SessionReader(file));
   EXPECT_TRUE(replayed.identical) << replayed.what_differs;
   EXPECT_EQ(replayed.ticks, s.last.index + 1);
 }
