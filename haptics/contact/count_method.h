@@ -1,5 +1,4 @@
-// Counts the contact models (servo thread) and tissue bodies (carver thread) that the process creates, for
-// method_counts(). Set-up code calls count_method().
+// For method_counts(), at set-up.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +6,7 @@
 
 namespace typodont::haptics {
 
-/// Adds numbers of created models and bodies to the counters of one method. Any thread.
+/// Any thread.
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies);
 
 }  // namespace typodont::haptics

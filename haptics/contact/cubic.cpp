@@ -7,8 +7,7 @@
 #include <immintrin.h>
 #endif
 
-// GCC warns that vector arguments need registers that the processor may not have. All vector functions here are
-// inlined, so no vector is passed as an argument.
+// All is inlined, so no vector is an argument.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -17,19 +16,16 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // number of samples with weight zero at the start of each row of the interpolation stencil
+constexpr int kLead = 2;  // with weight zero, at a row's start
 
-/// For each of the eight samples in a row of the interpolation stencil: its interpolation weight and the weight's
-/// derivative. Both are polynomials in the fractional position of the point.
+/// Weight and derivative of each sample in a row: polynomials in the fraction.
 struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
 
-/// Interpolation weights for a point between the samples i and i+1 of a row. The six samples i-2 to i+3 have weights:
-/// those of the cubic B-spline, convolved with its local prefilter (-1, 8, -1)/6.
+/// Between i and i+1, samples i-2 to i+3: cubic B-spline convolved with (-1, 8, -1)/6.
 constexpr Polynomials weights() {
-  // Coefficients of the cubic B-spline, times six. Each row belongs to one sample, each column to a power (0 to 3) of
-  // the point's fractional position between two samples.
+  // × 6; a row per sample, a column per power 0 to 3 of the fraction.
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {
@@ -42,14 +38,10 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// Adding kGrid to a double below 2 rounds this number to a multiple of 2^-29. The rounded weights have at most 29
-// binary digits, so the product of a weight and a float is exact in double precision. The interpolation therefore gives
-// the same bits with and without fused multiply-add (FMA).
+// Rounds doubles below 2 to 2^-29: with 29 digits, products with floats are exact, with and without FMA.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// For each sample: the sum of its weight and the weights of all later samples, rounded to a multiple of 2^-29. Each
-/// weight is then the difference of two of these sums. So the weights add up to exactly 1, and their derivatives to
-/// exactly 0.
+/// Sums from the end, rounded to 2^-29; weights are differences, so they add up to exactly 1, derivatives to 0.
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;
@@ -102,8 +94,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// For each of four results there are four partial sums, one row of `sums` each. This macro adds the partial sums of
-/// each row, for all four rows at once.
+/// Four rows of four partial sums at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_INLINE void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -152,7 +143,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// Uses the AVX-512 intrinsic with a mask, because GCC 12 gives a false warning for the same intrinsic without mask.
+// Masked: GCC 12 wrongly warns about the one without.
 TYPODONT_INLINE Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

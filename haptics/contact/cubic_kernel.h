@@ -1,7 +1,6 @@
-// Code of the tricubic sum and its gradient. cubic.cpp includes this file once for each vector width `Lanes`.
+// Included by cubic.cpp once per `Lanes`.
 
-/// Evaluates the polynomials `c` at the fractional position t (t2: its square), for kLanes consecutive samples of a
-/// row, starting with sample `at`. The values are the interpolation weights of these samples, or their derivatives.
+/// `c` at t (t2: squared) for kLanes samples from `at`: weights, or derivatives.
 template <std::size_t powers>
 TYPODONT_INLINE Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -19,13 +18,11 @@ TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weigh
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// The interpolation weights, rounded to multiples of 2^-29. Their sum is exactly 1, and the sum of their derivatives
-/// is exactly 0.
+/// Multiples of 2^-29, adding up to exactly 1; derivatives to 0.
 template <std::size_t powers>
 TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // `after`: sum of the weights of all samples after the present ones; it starts at 0. All sums here also contain the
-  // constant kGrid, which rounds them; the subtraction of two sums removes it.
+  // `after`: weights of all later samples, from 0. Sums contain kGrid, which rounds them and cancels.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
@@ -43,11 +40,9 @@ TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Forces the compiler to keep the weights in memory. A weight in memory can be loaded into all lanes of a vector by
-  // one instruction.
+  // In memory: one load fills all lanes.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  // Sample k of a row is always added to the partial sum number (k mod 4). So the order of the additions, and with it
-  // every bit of the result, is the same for all vector widths.
+  // Sample k to sum k mod 4: one order of additions for all widths.
   alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

@@ -1,12 +1,11 @@
-// Counters, one set per thread: how many tissue elements each contact model examined near the head. work.h reads them.
+// Elements examined by each model, per thread; read by work.h.
 #pragma once
 
 #include "haptics/work.h"
 
 namespace typodont::haptics {
 
-// Selects the initial-exec TLS model. With the default TLS model, code in a shared library (libtypodont.so) calls a
-// function at each access.
+// initial-exec: in a shared library (libtypodont.so) the default calls a function per access.
 [[gnu::tls_model("initial-exec")]] extern constinit thread_local SearchCounts t_search_counts;
 
 }  // namespace typodont::haptics

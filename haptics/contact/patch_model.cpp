@@ -6,9 +6,7 @@
 
 namespace typodont::haptics {
 
-/// Returns the value of travel(). If the tool is farther than half of it from the centre of the patch, the servo
-/// reports the carver as late. A patch may be centred so far ahead of the tool that the tool is beyond half of the
-/// distance that it may move. So travel() is twice this distance.
+/// Twice the distance: a patch may lie so far ahead that the tool is beyond half, from which the carver counts as late.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
@@ -21,13 +19,12 @@ PatchModel::PatchModel(const ServoSettings& settings)
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // The carver thread has just written this object, so its cache lines are in the cache of another core. All lines are
-  // prefetched at once.
+  // In another core's cache: all lines at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   }
-  if (fresh.n != patch_.n) return;  // never true: both patches got their size at set-up
+  if (fresh.n != patch_.n) return;  // never: sized at set-up
   if (fresh.from != 0) return step_to(fresh);
   const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
   const bool first = patch_.number == 0;
@@ -45,10 +42,9 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// Moves the patch (copy of the field around the tool) to the place of `fresh`, which is a step from it. The patch
-/// keeps its own samples, which contain all cuts.
+/// To its step `fresh`, with its own samples and cuts.
 void PatchModel::step_to(SurfacePatch& fresh) noexcept {
-  if (fresh.from != patch_.number) return;  // never true: the caller adopts a step only from the snapshot in use
+  if (fresh.from != patch_.number) return;  // never: a step is of the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
   glm::ivec3 lo, hi;
   bool filled = false;
@@ -57,7 +53,7 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   take_step(patch_, fresh);
   if (late) {
     mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
-    // A cut at the border of the old patch may extend into the new samples, which lack it.
+    // At the border a cut may reach the new samples, which lack it.
     for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
       if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
     }
@@ -65,16 +61,13 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   adopted(false, true);
 }
 
-/// Repeats in the new patch (copy of the field around the tool) the cuts that it lacks, if the tissue was edited (undo,
-/// redo or removal of a loose piece). In this case, samples cannot be copied from the old patch, because the old patch
-/// lacks the edit. The cuts are repeated in the same way as in the carver. A loose piece may contain volume that a
-/// repeated cut removes a second time; this volume must be counted only once.
+/// After undo, redo or a loose piece the old samples lack the edit: cuts are repeated as by the carver. What a loose
+/// piece and a cut both remove counts once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // The repeated cut may remove another volume than the first time: more if undo has restored tissue, and less if a
-    // loose piece was removed.
+    // More after undo, less after a loose piece.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

@@ -1,5 +1,4 @@
-// Base class of all contact models that work in a SurfacePatch (copy of the field around the tool). If a new patch
-// lacks some cuts, this class repeats them in it.
+// Models with a SurfacePatch; repeats missing cuts.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +10,7 @@
 
 namespace typodont::haptics {
 
-/// A contact model that works in a patch (dense copy of the field around the tool). The derived class cuts in patch_
-/// and adds each cut to the log. Servo thread only.
+/// The derived class cuts patch_ and logs. Servo thread.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;
@@ -23,25 +21,21 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
-  /// Returns the specific energy in J/m³ at a point of the patch (copy of the field); `p_V` in voxels.
+  /// J/m³; `p_V`: voxels.
   double specific_energy_at(const dvec3& p_V) const noexcept {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// Repeats a logged cut in tissue that has changed by undo, redo or the removal of a loose piece. Returns the removed
-  /// volume in voxels³; negative for a filling.
+  /// In tissue changed by undo, redo or a loose piece. Voxels³; negative: filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// The new patch `fresh` also contains a coarse field around the shank (coarse patch). This function repeats the cuts
-  /// that are still missing in the coarse patch. `edited`: true if undo, redo or the removal of a loose piece has
-  /// changed the tissue since the old patch was taken.
+  /// Missing in the coarse patch of `fresh`. `edited`: undo, redo or a loose piece since.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// Called after patch_ (field around the tool) was replaced. `strokes_edited`: true if undo or redo has changed the
-  /// tissue. `known`: true if the new patch has no changes of the tissue that the old patch lacked.
+  /// patch_ was replaced. `strokes_edited`: undo or redo; `known`: nothing that the old one lacked.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;  // m, distance that a tool may move inside one patch (field around it)
+  double travel_;  // m of a tool in one patch
   SurfacePatch patch_;
   CutLog log_;
   std::uint64_t cut_count_ = 0;

@@ -1,4 +1,4 @@
-// Interpolation of distances and labels in a patch, the copy of the field around the tool (see surface_patch.h).
+// Distances and labels (surface_patch.h).
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,18 +12,17 @@ namespace typodont::haptics {
 
 namespace {
 
-// Selects the initial-exec TLS model. With the default TLS model, code in a shared library (libtypodont.so) calls a
-// function at each access.
+// initial-exec: in a shared library (libtypodont.so) the default calls a function per access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // position of the point in its grid cell, 0..1
+  double u, v, w;  // 0..1 in the cell
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);  // all coordinates are positive, because the point lies inside the patch
+  const dvec3 q = p_V - dvec3(patch.lo);  // positive in the patch
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }
@@ -74,7 +73,7 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy, first = patch.at(c.x, c.y, c.z);
-  // the labels of two voxels that are neighbours along z
+  // neighbours along z
   const auto pair = [&](std::size_t at) {
     std::uint16_t two;
     std::memcpy(&two, patch.tissue.data() + at, sizeof two);

@@ -1,4 +1,4 @@
-// Computes the edge length of a patch (the field around a tool), and the distance that a tool may move inside it.
+// A patch's edge, and a tool's way in it.
 #include <algorithm>
 #include <cmath>
 
@@ -10,9 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the distance in voxels that a tool may move from the centre of its patch (copy of the field). It is at least
-/// 0.4 mm. The position of a patch is a multiple of eight voxels, so half of the distance must exceed four voxels. An
-/// instrument that fills may move 1 mm, because it looks in its patch for places to fill.
+/// Voxels from the centre, at least 0.4 mm; half must exceed four voxels, because patches are placed by eight. Filling
+/// instruments: 1 mm, to look for places.
 double travel_for(const Tool& tool, double voxel) {
   const double least = tool.fill != Tissue::kAir ? 1e-3 : 0.4e-3;
   return std::max({9.0, least / voxel, 0.25 * tool.reach() / voxel});
@@ -23,12 +22,11 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // A portion of filling grows beyond the end of the head. It can be added only if it lies completely inside the
-    // patch (copy of the field), so the reach includes it.
+    // Beyond the head's end, and only added wholly inside.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
-  // The difference 1e-6 prevents that a rounding error adds eight samples.
+  // Against eight samples more by rounding.
   constexpr int n = Sweep::kLeaf;
   return n * static_cast<int>(std::ceil((2 * half + 1 - 1e-6) / n));
 }

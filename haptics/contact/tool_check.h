@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// Throws an Error that names the first filling instrument. For models that can only remove tissue.
+/// Names the first filling instrument, for models that only remove.
 void refuse_tools_that_fill(std::span<const Tool> tools, std::string_view model);
 
 }  // namespace typodont::haptics

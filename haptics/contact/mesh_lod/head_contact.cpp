@@ -7,17 +7,15 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// m, tolerance: rounding can cause an overlap of this size for a head without contact
+// m, overlap by rounding
 constexpr double kOverlap = 1e-9;
-// Allowed overlap of a resting head with the tissue, as a ratio to the head's radius. Without it, a head with a sharp
-// rim could never re-enter the hole that it has cut, because the hole has exactly the head's width.
+// In radii, at rest: otherwise a sharp rim could not re-enter its own hole, which is just as wide.
 constexpr double kSlack = 0.01;
-// Each list of contact points is used until the head has moved by HeadPoints::kept. The next list is begun earlier:
-// when the head has moved by more than this fraction of that length.
+// Of HeadPoints::kept, from which the next list is begun.
 constexpr double kAhead = 0.4;
-// largest effort of HeadLister::work() in a tick; unit: the work for one face or one point
+// faces or points per tick
 constexpr int kMostListed = 600;
-constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from a point inside the tissue
+constexpr double kLiftReach = 2e-3;  // m, for the surface, from inside
 
 }  // namespace
 
@@ -25,7 +23,7 @@ double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const no
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
 
-/// Makes sure that the list contains the contact points around the head with its centre at c.
+/// The head's centre at c.
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
   if (HeadPoints* const prepared = std::exchange(prepared_, nullptr);
       prepared && moved_since(*prepared, c) <= prepared->kept) {
@@ -44,8 +42,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Makes a part of the next list of contact points. Begins this list when the head has moved so far that the list may
-/// soon be needed.
+/// A part, begun before it is needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!listed_ || list_.points.empty()) return;
   if (!lister_.open()) {
@@ -57,7 +54,7 @@ void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (lister_.work(grid, head_, next_, kMostListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
 }
 
-/// Returns the distance from the head, with its centre at c, to the nearest listed contact point, m.
+/// m, centre at c.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = list_.margin - moved_since(list_, c);
@@ -75,7 +72,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   put_free(p);
   if (grid.inside(p)) {
     const TriangleGrid::Nearest near = grid.nearest(p, kLiftReach);
-    if (!near.found) return false;  // the head is so deep inside the tissue that no surface is found; it does not move
+    if (!near.found) return false;  // too deep for a surface: rests
     const dvec3 n = grid.face(near.face).normal();
     const double size = glm::length(n);
     c_ = near.p + head_.reach() * (size > 0 ? n / size : dvec3(0, 0, 1));

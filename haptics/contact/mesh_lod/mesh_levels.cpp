@@ -22,35 +22,32 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Ratios of the second and the third level's number of vertices to that of the first level. Wang et al. 2009, Table 2:
-// the levels have 33,140, 13,306 and 7,443 vertices.
+// Vertices of levels 2 and 3 / level 1: 33,140, 13,306 and 7,443 in Wang et al. 2009, Table 2.
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
-constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level whose number is not given
-// Limit of the number of attempts. Each attempt simplifies to another number of triangles, to get the requested number
-// of vertices.
+constexpr std::size_t kFewestVertices = 64;  // of a level without a given number
+// Attempts with other numbers of triangles.
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // tolerance of the number of vertices, relative to the requested number
+constexpr double kNear = 0.005;  // of the requested vertices
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// Function type of meshopt_simplify.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// Loads meshopt_simplify from the shared library TYPODONT_MESHOPTIMIZER. The library is loaded at the first call,
-/// because the other contact models do not need it. Throws Error if it is not installed.
+/// meshopt_simplify from TYPODONT_MESHOPTIMIZER, at the first call: other models do not need it. Throws Error if
+/// missing.
 Simplify* load_simplifier() {
   static Simplify* const simplify = [] {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
     void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
     if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
-    // The inner cast does not compile if Simplify is not the type of meshopt_simplify.
+    // Does not compile for another type.
     return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);
   }();
   return simplify;
 }
 #endif
 
-/// Simplifies a mesh to about the given number of triangles; open borders do not change. `positions`: x, y, z of each
-/// vertex. Throws Error if meshoptimizer is not installed.
+/// To about so many triangles; open borders stay. `positions`: x, y, z each. Throws Error without meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -68,8 +65,7 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
-    // A vertex on a border between tissues is copied once for each tissue. The simplifier treats the copies as a seam
-    // and preserves it.
+    // Copied per tissue at borders: the simplifier keeps such seams.
     std::unordered_map<std::uint64_t, unsigned> copies;
     const dvec3 from = mesh.vertices[mesh.triangles.front().x];
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -86,8 +82,7 @@ class Simplifier {
       }
     }
   }
-  /// Returns a mesh with at most about `triangles` triangles. The mesh still contains the vertices that no triangle
-  /// uses.
+  /// With unused vertices still in it.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
     TissueMesh result;
@@ -104,9 +99,9 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // for each copy of a vertex: index of the original vertex
+  std::vector<std::uint32_t> original_;  // original per copy
   std::vector<Tissue> tissue_;           // for each copy of a vertex: its tissue
-  std::vector<float> positions_;         // m, position of each copy of a vertex, relative to the mesh's first vertex
+  std::vector<float> positions_;         // m from the first vertex
 };
 
 /// Removes vertices that no triangle uses.
@@ -164,7 +159,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // A mesh has about two triangles per vertex, and fewer if it has open borders.
+  // About two triangles per vertex, fewer with open borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -193,8 +188,7 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // Returns true if the corners of face i have increasing indices when they are read in their order, starting with the
-  // smallest index. Two faces with the same corners and opposite orientations give different results.
+  // From the smallest index on, increasing: opposite orientations differ.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);
@@ -244,7 +238,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  // m, search distance within which the nearest surface point of the other level is found
+  // m, to the other level's surface
   constexpr double kFar = 20e-3;
   constexpr std::size_t kSamples = 20'000;
   double most = 0;

@@ -1,5 +1,4 @@
-// The part of the contact model "mesh_lod" that runs on the carver thread. It owns the levels of detail and the mesh
-// that the cuts change.
+// "mesh_lod" on the carver thread: levels, and the mesh that cuts change.
 #pragma once
 
 #include <optional>
@@ -11,9 +10,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The tissue of the contact model "mesh_lod". Runs on the carver thread (the geometry thread of paper S3). Cuts move
-/// and subdivide the faces of the finest level, as in the contact model "vertex". The servo receives the faces around
-/// the tool 30 times per second.
+/// S3's geometry thread. Cuts move and split the finest level's faces, as in "vertex"; the servo gets those around the
+/// tool 30 times per second.
 class MeshLodBody final : public TissueBody {
  public:
   /// Throws Error if the tissue has no surface.
@@ -50,19 +48,18 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  // m. travel_: distance that a tool may move before the next snapshot is due. reach_: largest distance from the origin
-  // of a tool's frame to the tool's farthest point, over all tools.
+  // m: tool's way until the next snapshot; farthest point from T's origin, all tools.
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
-  std::optional<Nanos> first_;  // time of the first cut since the last snapshot
-  // for each tool: its head, if contact is computed for the whole head (a bur that is not a ball); otherwise empty
+  std::optional<Nanos> first_;  // first cut since the last snapshot
+  // per tool, if contact is the whole head's; otherwise empty
   std::vector<std::optional<vertex::VertexHead>> heads_;
-  std::unique_ptr<HeadLister> lister_;          // lists contact points; null if heads_ contains no head
+  std::unique_ptr<HeadLister> lister_;          // null: no such head
   std::uint32_t tool_ = MeshSnapshot::kNoTool;  // the tool that made the last cut
-  Pose X_W_;                                    // pose of the tool `tool_` after the last cut
+  Pose X_W_;                                    // of `tool_`, after the last cut
 };
 
-/// Returns the distance that a tool may move before the next snapshot is due, m.
+/// m until the next snapshot.
 double travel_for(std::span<const Tool> tools);
 
 }  // namespace typodont::haptics::mesh_lod

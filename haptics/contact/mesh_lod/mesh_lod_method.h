@@ -1,5 +1,4 @@
-// The contact model "mesh_lod": contact with a triangle mesh that has several levels of detail (paper S3 in
-// docs/papers.md).
+// "mesh_lod": contact with levels of detail (S3 in docs/papers.md).
 #pragma once
 
 #include "haptics/contact_method.h"
@@ -8,9 +7,8 @@ namespace typodont::haptics::mesh_lod {
 
 inline constexpr std::string_view kName = "mesh_lod";
 
-/// Creates the method from its parameters in a scene file, for example {"vertices": 143865, "levels": [33140, 13306,
-/// 7443], "switch_mm_s": [30, 120], "hysteresis": 0.1, "mapping": true, "ramp_N_per_s": 5, "wall_limit_N": 0.5,
-/// "as_printed": false}. Throws Error.
+/// For example {"vertices": 143865, "levels": [33140, 13306, 7443], "switch_mm_s": [30, 120], "hysteresis": 0.1,
+/// "mapping": true, "ramp_N_per_s": 5, "wall_limit_N": 0.5, "as_printed": false}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -6,13 +6,11 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// Presents a set of planes to the active-set solver as constraints on the displacement x of a point from the reference
-/// point c, in metres.
+/// On x from c, m, for the active-set solver.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // Limits below which the normals of planes count as linearly dependent (see ActiveSetLimits). The limits are small,
-  // because the normals of neighbouring faces may be nearly parallel.
+  // ActiveSetLimits. Small: neighbours may be nearly parallel.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
@@ -20,7 +18,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m, tolerance by which the solution may violate a plane
+    constexpr double kSlip = 1e-13;  // m of violation
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

@@ -12,43 +12,36 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // upper limit of the number of iterations in one call of follow()
-constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
-constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball within which faces are collected
-// m, largest distance from the ball within which faces are collected; a longer displacement is divided into several
-// steps
+constexpr int kMostIterations = 24;   // iterations per follow()
+constexpr double kStays = 1e-11;      // m, shorter steps end it
+constexpr double kLeastReach = 5e-6;  // m from the ball, least for collecting
+// m, most; longer ways are divided
 constexpr double kMostReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // ratio of the search distance for faces to the expected displacement of the ball
-// m, largest displacement of the ball for which collected faces are reused; the width of a grid cell is a second limit
+constexpr double kAhead = 1.1;  // search distance / expected way
+// m over which collected faces hold; a cell's width, too
 constexpr double kMostKept = 0.3e-3;
-// Upper limit of the search distance for faces while the bur cuts, or while the mesh still contains faces that it has
-// cut away; as a ratio to the bur's radius.
+// Radii, of the search while cutting or with cut faces left.
 constexpr double kReachInCut = 0.5;
-// Ratio to the bur's radius. While the bur cuts, or while the mesh still contains faces that it has cut away, the
-// collected faces are reused up to this displacement of the bur.
+// Radii over which faces hold, while cutting or with cut faces left.
 constexpr double kKeptInCut = 0.15;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of (kReachInCut × the bur's radius)
-// search distance for the next iteration, as a ratio to the length of the last step; below 1, because the steps become
-// shorter
+constexpr double kLeastInCut = 50e-6;  // m, least of kReachInCut × radius
+// next search / last step; below 1: steps shrink
 constexpr double kNextReach = 0.25;
-// number of faces that can be collected in the time in which one face can be tested; used to estimate the effort
+// faces collected per face tested, for the effort
 constexpr int kCollectedPerTest = 4;
-// m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
+// m above another's plane, that needs no plane
 constexpr double kBelow = 1e-11;
-// m, rounding tolerance in float precision for the test whether a face lies below another face's plane
+// m, the same in floats
 constexpr float kClear = 2e-9f;
-constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
-constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
+constexpr double kWallSkin = 1e-7;  // m from a wall between tissues
+constexpr double kMapReach = 2e-3;  // m, after a change of the mesh
 constexpr int kMostLifts = 16;
-// round_edge() extends a step along a plane only if the cosine of the angle between the plane's normal and the
-// direction from the plane's face to the hand is larger than this
+// round_edge() extends along a plane above this cosine of normal and way to the hand
 constexpr double kLeastAlong = 0.3;
-// m; if the distance of the ball's centre from a face is less than this, the contact direction is the face's normal
+// m from a face, below which its normal is the direction
 constexpr double kNoDirection = 1e-13;
 
-/// Finds the faces whose bounding boxes (`lo`, `hi`) are within the distance `far` of p. Writes their indices to `at`
-/// and returns their number. The arrays must have up to seven more elements than `count`, because eight elements are
-/// read at a time.
+/// Boxes (`lo`, `hi`) within `far` of p. Up to seven more elements are read.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -73,8 +66,7 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Finds the planes that are above the point q or less than `clear` below it. Writes their indices to `at` and returns
-/// their number. A plane consists of the points x with normal · x = -distance, in the coordinate system of q.
+/// Above q or less than `clear` below. normal · x = -distance, q's coordinates.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -95,23 +87,22 @@ std::size_t list_planes_above(const float* const* normal, const float* distance,
 }
 
 constexpr std::size_t kLanes = 8;
-// Up to this number of faces, nearest_on() tests the faces one by one. For more faces, find_nearest() tests eight at
-// once, although it must copy them first. On the model of a dental arch (212,000 vertices), find_nearest() makes the
-// tick of an explorer (a pointed probe) 10 % faster, and the tick of a bur in a cavity 13 %.
+// Faces up to which nearest_on() is used; then find_nearest(), eight at once after a copy. On an arch of 212,000
+// vertices: an explorer's tick 10 % faster, a bur's in a cavity 13 %.
 constexpr std::size_t kFewFaces = 6;
 
-/// Eight faces, and the results of find_nearest() for them, one lane for each face.
+/// find_nearest(), a face per lane.
 struct EightFaces {
   D8 a[3], b[3], c[3];                      // m, corners
   double p[3][kLanes];                      // m, nearest point of the face
-  double n[3][kLanes];                      // unit vector from the nearest point to the given point
-  double square[kLanes], distance[kLanes];  // squared distance (m²) and distance (m) between nearest and given point
-  // index of the face's edge that contains the nearest point; -1: the point is in the face's interior
+  double n[3][kLanes];                      // nearest to given point
+  double square[kLanes], distance[kLanes];  // m², m
+  // -1: in the interior
   double edge[kLanes];
-  unsigned corner = 0;  // bit mask of the faces for which the nearest point is an end of the edge
+  unsigned corner = 0;  // nearest is an end of the edge
 };
 
-/// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
+/// nearest_on()'s operations.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void find_nearest(EightFaces& faces, const double* point) {
   const D8 zero = {};
@@ -186,15 +177,14 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  // no surface is within the search distance, so the point, which is deep inside the tissue, does not move
+  // deep inside: no surface found, rests
   if (!near.found) return false;
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
 }
 
-/// Moves the ball onto the surface: to the surface point nearest to the ball, on the side to which n points. Repeats
-/// this until the ball overlaps no face.
+/// Nearest surface on n's side, until no face overlaps.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -222,7 +212,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   for (int i = 0; i < count_; ++i) {
     if (!hold(i).wall) n += hold(i).push * hold(i).n;
   }
-  // Finds the point of the new mesh that is nearest to the old contact point.
+  // Nearest on the new mesh to the old contact.
   const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
   if (!near.found) return;
   n = unit_or(n, hold(0).n);
@@ -236,7 +226,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   lift(grid, side);
 }
 
-/// Collects the faces that are at most `reach` away from the ball.
+/// Within `reach`.
 void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   for (;;) {
     near_count_ = 0;
@@ -268,8 +258,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   }
 }
 
-/// Returns the collected faces whose bounding boxes are at most `within` (m) away from the ball's centre, as indices of
-/// near_.
+/// Within `within` (m) of the centre, as indices of near_.
 std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
   const glm::vec3 p(c_ - grid.origin());
   const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
@@ -278,7 +267,7 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
   return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
-/// Adds a wall plane at each edge of a face that borders on softer tissue.
+/// At edges to softer tissue.
 void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach,
                              bool& room) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
@@ -292,7 +281,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    // the ball's centre is already behind this wall, so the wall does not stop it
+    // behind it already: does not stop
     if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
@@ -302,14 +291,12 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
   }
 }
 
-/// Collects the planes of all faces that are at most `reach` (m) away from the ball. Returns false if there are too
-/// many planes.
+/// Within `reach` (m). False: too many.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // First adds the planes of the faces whose interior is nearest to the ball. Other faces that lie below these planes
-  // then need no planes for their edges.
+  // Interiors first: lower faces then need none at their edges.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -365,14 +352,13 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
-  std::uint32_t found = kNoPlane;  // index of the plane that was last found to lie above a face
+  std::uint32_t found = kNoPlane;  // plane last found above a face
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
     const Face& face = grid.face(i);
-    // If a face lies completely below the plane of another face, the ball touches that plane first, so the lower face
-    // adds no plane. To save time, two planes are tested first: the plane of the neighbour across the nearest edge, and
-    // the plane that was found last.
+    // Wholly below another's plane: touched later, no plane. First the neighbour across the nearest edge, then the last
+    // found.
     const auto below = [&](std::uint32_t j) {
       const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
@@ -389,10 +375,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
       return std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), below);
     };
     if (covered()) continue;
-    // The ball is above the plane of this face but beyond one of its edges, and the surface is flat or concave at this
-    // edge. So the plane of this face is a valid constraint. The plane through the edge that is perpendicular to the
-    // direction from the edge to the ball's centre would be valid too. But with it, each iteration would only halve the
-    // ball's distance to the edge.
+    // Above the plane but beyond an edge, flat or concave there: the face's plane holds. One across the edge would too,
+    // but each iteration would only halve the distance.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -412,9 +396,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Extends a step of the ball around an edge or corner. With the plane alone, each iteration would move the ball only a
-/// part of the path around the edge. So the step continues along the plane until the line through the hand and the
-/// face's point nearest to the hand. From there, the next iteration approaches the edge from the correct side.
+/// Around an edge or corner a plane alone takes only part of the way: on along it to the line from hand to nearest
+/// point, to come from the right side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -424,9 +407,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  // `other` is the extended step: it ends on the line through the hand and the point of the face that is nearest to the
-  // hand (at.p). If the extension (other - step) is longer than `step`, at.p lies on another part of the face's border,
-  // not at the edge around which the ball moves. The step is then not extended.
+  // `other` ends there. If other - step is longer than `step`, at.p is another part of the border: not extended.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
@@ -434,9 +415,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   step = other;
 }
 
-/// Returns true if the ball touches the face of this plane in its interior. If this plane alone limits the motion, the
-/// ball is then at its final position, because the face itself would stop it there. Moves the plane's point to the
-/// place that the ball touches.
+/// In its interior: alone, this plane leaves the ball at its end. Moves the plane's point there.
 bool SurfacePoint::rests_on(const TriangleGrid& grid, Plane& plane) const noexcept {
   if (plane.wall >= 0) return false;
   const OnFace at = nearest_on(grid.face(plane.face), c_);
@@ -449,19 +428,18 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   gave_way_ = false;
   tested_ = 0;
   ActivePlanes active;
-  // Estimates the motion of the ball in this tick. During contact, the ball moves about as far as the hand moves along
-  // the surface, independent of the penetration depth.
+  // In contact about the hand's way along the surface, whatever the depth.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept_in_cut = give ? kKeptInCut * radius() : near;
   const double kept = std::min({grid.cell(), kMostKept, near, kept_in_cut}), most_reach = std::min(kMostReach, near);
-  // m, expected displacement of the ball in the next iteration
+  // m, next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostIterations; ++i) {
-    // m, distance from the ball within which the list of collected faces is complete
+    // m, within which the list is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);
@@ -505,13 +483,13 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall, the face on the other side may be equally near. The stored tissue in contact must then not change.
+  // At a wall both sides may be as near: the tissue stays.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
 }
 
-/// Uses the collected faces if they include all faces near the ball; otherwise searches the grid.
+/// If they hold all near the ball; otherwise the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

@@ -8,18 +8,16 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // width of a grid cell, as a ratio to the mean edge length of the faces
+constexpr double kCellEdges = 1.5;  // cell / mean edge
 constexpr double kMostCells = 4e6;
-// Each cell lists the faces that overlap it. The total length of these lists is at most this number × the number of
-// faces, plus kFewEntries. If they would be longer, the grid gets larger cells.
+// Entries of all cells per face, plus kFewEntries; larger cells otherwise.
 constexpr double kEntriesPerFace = 16;
-// total length of the cells' lists that is allowed in addition to kEntriesPerFace × number of faces
+// entries beyond kEntriesPerFace × faces
 constexpr double kFewEntries = 1e6;
-constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
+constexpr float kBoxMargin = 1e-7f;  // m, above rounding a box to floats
 
-/// Returns on which side of the line from a to b the origin lies, in a plane: 1: left, -1: right. If the origin is
-/// exactly on the line, the result is that of an origin displaced slightly along the first axis, and even less along
-/// the second. So exactly one of the two faces at an edge contains the origin.
+/// 1 left of a–b, -1 right. On the line as if moved along the first axis, less along the second: exactly one of two
+/// faces has the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -27,11 +25,10 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m, tolerance: the surface counts as flat at an edge between two faces if the third vertex of the one face is nearer
-// than this to the plane of the other
+// m of a third vertex off the plane: flat
 constexpr double kFlat = 1e-10;
 
-/// Marks an edge at which the surface is flat or concave. `beyond`: the third vertex of the next face across this edge.
+/// `beyond`: the next face's third vertex.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);
@@ -126,7 +123,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // Puts the faces of each cell into the order that they have in the mesh.
+  // As in the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
@@ -135,9 +132,9 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   }
 }
 
-/// Sorts the faces by the blocks of the grid, so that faces that are near each other are also near in memory.
+/// Near faces near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
-  constexpr double kBlock = 4;         // edge length of a block of faces, in cells of the grid
+  constexpr double kBlock = 4;         // in cells
   constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
   const auto corner_of = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
@@ -160,16 +157,16 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   std::partial_sum(start.begin(), start.end(), start.begin());
   rank_.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
-  // The loop above has moved start[k] from the beginning of block k to its end.
+  // start[k] is now block k's end.
   for (std::size_t k = 0; k + 1 < start.size(); ++k) {
     const std::uint32_t first = k == 0 ? 0 : start[k - 1];
     if (start[k] > first) blocks_.push_back({{}, first, start[k]});
   }
 }
 
-/// Stores in each face the neighbours across its edges.
+/// Across each edge.
 void TriangleGrid::join_faces(const TissueMesh& mesh) {
-  // All edges of all faces, sorted so that the two faces at a common edge are adjacent in the list.
+  // Sorted: both faces of an edge adjoin.
   struct Side {
     std::uint32_t a, b, rank, face;
     int edge;
@@ -217,7 +214,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // Doubles the size of the search box until it contains the nearest face for certain.
+  // Until the nearest is certain.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;
@@ -252,7 +249,7 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      // m, signed distance from p to the face along the present axis of the ray
+      // m to the face along the ray
       const double above = glm::dot(n, f.a - p) / n[axis];
       sixths += (above > 0) == left ? 1 : -1;
     });

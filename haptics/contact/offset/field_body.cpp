@@ -55,9 +55,8 @@ bool FieldBody::redo() {
 
 namespace {
 
-// Largest number of leaves (8³ samples) of a step, all of which the servo copies in one tick. It needs 50 to 100 ns for
-// each, so the step takes at most about as long as the cut of a bur of Ø1.2 mm. The patch of a larger head is always
-// copied completely; the servo adopts it without a copy.
+// Leaves of a step that the servo copies in one tick, 50 to 100 ns each: at most a cut of a bur of Ø1.2 mm. Larger
+// heads' patches are copied whole, adopted without a copy.
 constexpr std::size_t kMostInStep = 128;
 
 }  // namespace
@@ -81,14 +80,12 @@ VoxelBox box_of(const SurfacePatch& patch) {
   return {patch.lo, patch.lo + patch.n - 1};
 }
 
-/// Calls visit(slab) for boxes that together contain those samples of `box` that are not in `known`. If `known` is
-/// empty or does not touch `box`, this is the whole box.
+/// visit(slab) for `box` without `known`; all of it if `known` is empty or apart.
 template <class Visit>
 void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
   const VoxelBox stays = common(box, known);
   if (stays.empty()) return visit(box);
-  // Visits the slab on each side of `stays` along this axis. `box`: the samples that were not visited yet; each slab
-  // makes it smaller.
+  // Each side of `stays` along the axis; `box` shrinks.
   for (int axis = 0; axis < 3; ++axis) {
     VoxelBox slab = box;
     slab.hi[axis] = stays.lo[axis] - 1;
@@ -102,17 +99,14 @@ void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
 
 }  // namespace
 
-/// Returns the first voxel of a patch with `n` samples along each axis that is centred near `center_W`.
+/// Of `n` samples per axis around `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   const dvec3 center_V = volume_.frame().to_voxels(center_W);
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-/// Moves a patch (copy of the field around the tool) so that its first voxel is `lo`, and updates its samples from the
-/// volume. If the writes since the last copy are known, only three parts are copied: these writes, the samples that the
-/// servo wrote itself, and the new samples on the sides to which the patch has moved. copy_part(box) copies a box of
-/// samples. copy_written(written, inside) copies those samples in the box `inside` that may have changed if `written`
-/// was written.
+/// To `lo`. If writes since the last copy are known: those, the servo's own, and new sides only. copy_part(box);
+/// copy_written(written, inside): what may have changed in `inside`.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
@@ -142,8 +136,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // The coarse patch is never a step. The servo's own samples cannot stay, because it cuts its coarse patch in longer
-    // steps than the carver cuts the volume.
+    // Never a step: the servo cuts its coarse patch in longer steps.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {
@@ -154,10 +147,10 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   mark_cut_boxes(patch);
 }
 
-/// Copies the samples of a complete patch (copy of the field around the tool) whose first voxel is `lo`.
+/// Complete, from `lo`.
 void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
   const auto copy_part = [&](VoxelBox part) {
-    // The box is extended to whole leaves (8³ samples), because they are copied faster.
+    // Whole leaves are copied faster.
     for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
     volume_.copy_part(whole(patch), common(part, box_of(patch)));
   };
@@ -166,15 +159,13 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
       std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
       return volume_.copy_leaves(whole(patch), written.leaves);
     }
-    // A write may change the labels of voxels beside it.
+    // Labels beside may change.
     const VoxelBox changed = common({written.box.lo - 1, written.box.hi + 1}, inside);
     if (!changed.empty()) copy_part(changed);
   });
 }
 
-/// If the servo will hold the patch (copy of the field around the tool) that was copied last, with the number `held`,
-/// copies only the leaves that come in. Returns false if this is impossible: the tissue has changed in a way that the
-/// servo does not repeat itself, or too many leaves come in.
+/// Only incoming leaves, if the servo will hold patch `held`, the last copied. False: a foreign change, or too many.
 bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
@@ -184,7 +175,7 @@ bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32
     leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
   });
   if (leaves > patch.step.most()) return false;
-  // The step takes the patch's place, but the arrays of samples do not change, so they have to be copied again later.
+  // Samples stay, so are copied again later.
   patch.lo = lo;
   patch.copied_at = 0;
   patch.step.clear();
@@ -196,7 +187,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot, 0);
 }
 
-/// Stores in the patch (the servo's copy of the field around the tool) the boxes in which samples were cut or filled.
+/// Where cut or filled.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

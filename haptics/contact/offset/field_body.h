@@ -1,5 +1,4 @@
-// The tissue as a distance field, for the contact models that use a SurfacePatch (copy around the tool). Carver thread
-// only.
+// The tissue's field for models with a SurfacePatch. Carver thread.
 #pragma once
 
 #include <memory>
@@ -13,7 +12,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Owns the tissue as an OpenVDB volume. A cut removes exactly the samples inside the head's sweep.
+/// An OpenVDB volume; cuts remove exactly the sweep.
 class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
@@ -30,7 +29,7 @@ class FieldBody : public TissueBody {
   double travel() const override { return travel_; }
   bool leads() const override { return true; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
-  void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
+  void remember_writes(bool) override {}  // the volume always records
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -38,7 +37,7 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
-  /// Informs loose_pieces_ that a filling was added in the box `filled`.
+  /// Filled in the box `filled`.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }
@@ -53,17 +52,16 @@ class FieldBody : public TissueBody {
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;        // finds the pieces that a cut separates from the tissue
+  LoosePieces loose_pieces_;        // cut off from the tissue
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
-  // The patch (copy around the tool) that was copied last: its number, its first voxel, and the number of foreign
-  // changes of the volume before it was copied.
+  // Last copied: number, first voxel, foreign changes before it.
   struct {
     std::uint32_t number = 0;
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  double travel_ = 0;  // m, distance that a head may move inside one patch (copy around it)
-  // sample spacing and size of the coarse patch, the copy of the field around the shank; size 0: no tool has a shank
+  double travel_ = 0;  // m of a head in one patch
+  // spacing and size around the shank; 0: no shank
   CoarseGrid coarse_;
 };
 

@@ -1,5 +1,4 @@
-// Filling instruments. A dome of filling material grows on the tissue nearest to the instrument's free end, and the
-// head limits its growth.
+// A dome grows on the tissue nearest to the free end, limited by the head.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +13,7 @@ namespace {
 
 using P = FillingParameters;
 
-/// Returns the radius of a ball whose volume is larger by `volume` than that of a ball with the radius `radius`.
+/// With `volume` more than `radius`'s.
 double grown(double radius, double volume) {
   return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
 }
@@ -35,8 +34,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Adds to the tissue the filling material that the instrument has delivered but that is not in the tissue yet. Returns
-/// true and sets `cut` if some of it was added.
+/// Delivered, not in the tissue yet. True, with `cut`: added some.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -50,9 +48,7 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Computes how much the radius of the dome of filling must grow. Only the free part of the dome's surface grows, and
-  // it must add the delivered volume that is not in the tissue yet. The size of the free part is known only from the
-  // last tick, so the volume that is really added may be smaller.
+  // Only the free part grows, by what waits; known from the last tick, so less may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -78,10 +74,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Called when the dome (the growing deposit of filling) cannot grow any more. Searches for the nearest place that is
-/// open for filling. The search starts at the dome's first position and passes through filled voxels. If the dome can
-/// grow as far as this place, it does so in this tick; otherwise a new dome begins there. If a search reaches its cost
-/// limit, it continues in the next tick. Returns false if no open place was found.
+/// The dome cannot grow: nearest open place from its first position, through filled voxels. In reach it grows there,
+/// otherwise a new dome begins. At the cost limit it goes on in the next tick. False: none.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
@@ -104,13 +98,12 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // the head covers this ray at least as far as the present sample
+    if (by_head > -P::open) {  // covered up to this sample
       way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // The dome (the growing deposit of filling) moves or grows to this sample. There may be space for more filling here
-    // later, so the next search along this ray starts with this sample again.
+    // There may be more room later: the next search starts here.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;
@@ -121,8 +114,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// Begins a new dome of filling if there is none, or if the instrument has moved away from the last one. Returns false
-/// if there is no tissue within the instrument's reach.
+/// If none, or the instrument moved. False: no tissue in reach.
 bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
@@ -137,8 +129,7 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // The instrument's end is midway between walls, so no single wall is the nearest. The dome (deposit) of filling
-    // therefore begins on the tissue in front of the instrument.
+    // Midway between walls: on the tissue in front.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;

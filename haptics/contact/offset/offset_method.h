@@ -1,5 +1,4 @@
-// The default contact model "offset": a god-object on the offset surface of a distance field. A cut removes exactly the
-// volume through which the head moves (its sweep).
+// "offset", the default: a god-object on a field's offset surface; cuts are exact sweeps.
 #pragma once
 
 #include "haptics/contact_method.h"

@@ -7,7 +7,7 @@ namespace typodont::haptics::offset {
 
 namespace {
 
-/// Returns unit vectors that are evenly distributed over all directions (Fibonacci sphere).
+/// Even over all directions (Fibonacci).
 std::vector<glm::vec3> evenly_around(std::size_t count) {
   std::vector<glm::vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
@@ -85,10 +85,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Determines the tissue that the head touches. The function samples the tissue below each contact, and weights the
-/// sample by the force of the contact.
+/// Below each contact, by its force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  // voxels; the tissue in contact is sampled at this depth below the tissue's surface
+  // voxels below the surface
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
   const double h = voxel();
@@ -118,7 +117,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     }
     const Tissue sole = graded ? Tissue::kAir : sole_tissue(*felt_in, below);
     if (sole != Tissue::kAir) {
-      // In the usual case, a single contact with a single tissue, the fraction is 1.
+      // Usually one contact, one tissue: 1.
       out.known_tissue = p.active.count == 1 && weight > 0;
       out.tissue[static_cast<std::size_t>(sole)] += out.known_tissue ? 1 : weight;
       continue;

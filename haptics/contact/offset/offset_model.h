@@ -1,5 +1,4 @@
-// The part of the contact model "offset" (README.md) that runs on the servo thread. The distance field gives contact
-// planes, which keep a god-object outside the tissue.
+// "offset" (README.md) on the servo thread: planes from the field keep a god-object outside.
 #pragma once
 
 #include <array>
@@ -15,8 +14,7 @@
 
 namespace typodont::haptics::offset {
 
-/// The contact model "offset" on the servo thread. Lengths are in voxels unless a unit is given; V is the frame of the
-/// voxel grid.
+/// Voxels unless stated; V: voxel grid.
 class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
@@ -32,54 +30,50 @@ class OffsetModel : public PatchModel {
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
  protected:
-  /// A tool and the data that were prepared for it at set-up.
+  /// Prepared at set-up.
   struct Head {
     Tool tool;
     ContactFinder finder;
-    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end (a pin at the tip)
-    // voxels, distance from the head's centre to the farthest point of the head and of the safe end (non-cutting pin)
+    NonCuttingContacts smooth;  // of shank and safe end
+    // voxels, centre to the farthest point of head and safe end
     double reach;
   };
 
   /// Intermediate results of the present tick.
   struct Step {
-    dvec3 start{0}, c{0};  // voxels; start: the head's centre at the start of the tick; c: the head's present centre
-    dvec3 target{0};       // voxels, position of the head's centre at the hand's pose
-    dvec3 shift{0};        // voxels, displacement of the hand since the last tick
-    // voxels, largest depth by which a cutting head may sink into the tissue in this tick; the energy budget suffices
-    // to remove the tissue down to this depth
+    dvec3 start{0}, c{0};  // voxels: centre at the tick's start, and now
+    dvec3 target{0};       // voxels, at the hand's pose
+    dvec3 shift{0};        // voxels, since the last tick
+    // voxels that a cutting head may sink, within the budget
     double slack = 0;
-    double slack_at_walls = 0;  // at a wall of harder tissue, the head may sink only by this fraction of `slack`
+    double slack_at_walls = 0;  // of `slack`, at a harder wall
     double overlap_before = 0;
-    // voxels; if the proxy moves by this relative to the hand in one tick, the force changes at a rate of 1 N/s
+    // voxels per tick against the hand: 1 N/s
     double pace_per_slew = 0;
-    bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector opposite to the hand's acceleration during a fall (the hand accelerates because the tissue under the
-    // bur was removed); zero: no fall
+    bool paced = false;  // limited in this tick
+    // against the hand's acceleration in a fall, when tissue under the bur went; zero: none
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move against fall_normal in this tick, during a fall
+    // voxels against fall_normal in this tick
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position that the proxy would have if its speed were not limited; zero
-    // without contact. This position depends on the contacts, and on the energy debt (energy of past cuts that the
-    // motor has not yet delivered).
+    // Voxels, hand to the proxy without speed limit; zero without contact. By contacts and energy debt.
     dvec3 contact_push{0};
-    ActivePlanes active{};  // indices of the contacts that block the head (the active set)
-    // These members have the same meaning as the members of Contact with the same names.
+    ActivePlanes active{};  // active set
+    // As in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
-  /// State of one search for the proxy's position, kept over its iterations.
+  /// Over the iterations.
   struct Search {
-    dvec3 found_at{0};  // voxels, the head's centre at the last search for contacts
+    dvec3 found_at{0};  // voxels, at the last contact search
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;     // number of iterations so far that had contact and made no long step
-    dvec3 long_step{0};  // voxels, the last step that was too long for one iteration
-    int reversals = 0;   // number of long steps that were opposite to the previous long step
-    // true if the limit of the proxy's speed ended the last step; false if a contact ended it
+    int settled = 0;     // iterations with contact and no long step
+    dvec3 long_step{0};  // voxels, last step too long for one iteration
+    int reversals = 0;   // long steps against the last long one
+    // by the speed limit; otherwise by a contact
     bool at_pace = false;
-    dvec3 held_at{0};  // voxels, position of the head's centre that the contacts alone determine
-    // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the cutting edges
+    dvec3 held_at{0};  // voxels, by contacts alone
+    // voxels, hand's target, corrected for the edges' grip
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
@@ -89,13 +83,12 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Returns a lower bound of the head's distance to tissue, in voxels. Valid only if it is positive.
+  /// Voxels, lower bound; valid if positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// Returns a lower bound of the whole tool's distance to tissue, in voxels. `X_VT`: pose of the tool in the voxel
-  /// frame V; `head_free`: the lower bound for the head alone.
+  /// The whole tool. `X_VT`; `head_free`: for the head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // Functions that compute the pose of the proxy (proxy.cpp).
+  // proxy.cpp.
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -121,11 +114,9 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // Functions that cut, and that repeat cuts in a new patch (copy of the field around the tool); see removal.cpp.
+  // removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Removes the sweep of the head from its present pose (in.X_WG) to the pose X_WB. Removes it in the fine patch
-  /// (field around the head) and in the coarse patch (field around the shank). Returns true and sets `cut` if any
-  /// sample changed.
+  /// in.X_WG to X_WB, fine and coarse patch. True, with `cut`: changed.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
@@ -136,7 +127,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // Functions for instruments that add filling to a cavity; they are defined in filling.cpp.
+  // filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
@@ -148,76 +139,70 @@ class OffsetModel : public PatchModel {
   Step step_;
   ContactSet contacts_;  // contacts found in the last iteration
 
-  // The next members are the state of the proxy between two ticks.
-  HeldBy held_;           // normals of the contacts that held the head in the last tick
-  bool emptied_ = false;  // true if the last cut removed all tissue inside the head
-  // voxels, overlap of head and tissue; it decays to zero while the head is moved out of the tissue
+  // Proxy, between ticks.
+  HeldBy held_;           // last tick's contacts
+  bool emptied_ = false;  // the last cut emptied the head
+  // voxels; decays while it is led out
   double overlap_ = 0;
-  // fraction 0..1 of its power that the head kept at a wall of harder tissue in the last tick; 0: no wall
+  // 0..1 of power at a harder wall, last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
-  // N. If the carver thread delivers a patch (copy of the field) too late, a plane replaces the missing tissue. This is
-  // the contact force at the time when the patch became late. The plane yields to a force that is clearly larger. 0: no
-  // patch is late.
+  double lost_for_ = 0;  // s outside the patch
+  // N when the patch became late: a plane stands for the tissue, yielding to clearly more; 0: not late
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when the new patch (copy of the field) became late
-  // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data
+  dvec3 bridge_from_{0};  // voxels, head's centre then
+  // s left of the smooth return
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
-    dvec3 held_at{0};      // voxels, position near which contacts have held the proxy
-    double held_for = 0;   // s, time that the proxy has stayed near held_at while the hand was far away
-    bool leading = false;  // true while the proxy is led back along its path
-    std::size_t to = 0;    // index of the path point to which the proxy is led back
-    bool wedged = false;   // true if the proxy is stuck: the hand has moved away, and no path back was found
+    dvec3 held_at{0};      // voxels, where contacts hold the proxy
+    double held_for = 0;   // s near held_at with the hand far away
+    bool leading = false;  // led back along its path
+    std::size_t to = 0;    // path point of the way back
+    bool wedged = false;   // hand away, no way back
   } retreat_;
   struct Fall {
-    dvec3 push_mean{0};  // N, low-pass filtered push of the tissue on the head
-    // m/s, the hand's velocity after a low-pass filter with a short (hand_speed) and a long (hand_mean) time constant
+    dvec3 push_mean{0};  // N, low-pass push on the head
+    // m/s, hand's velocity, short and long time constant
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // The next members are the state of the removal between two ticks. The active fronts contain, for the fine and for
-  // the coarse patch, the samples that the head can still change.
-  CutFront front_, coarse_front_;  // samples (of both patches) that the head can still change: active fronts
-  Pose cut_end_;                   // pose of the head at the end of the last cut
-  std::uint32_t cut_tool_ = 0;     // index of the tool that made the last cut
-  // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.
+  // Removal, between ticks: what the head can still change.
+  CutFront front_, coarse_front_;  // fronts of both patches
+  Pose cut_end_;                   // at the last cut's end
+  std::uint32_t cut_tool_ = 0;     // of the last cut
+  // For the shank; joins fine cuts, and may wait.
   struct CoarseCut {
-    Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut
-    std::uint64_t cut = 0;   // index of the last cut of the fine patch (around the head) that this cut includes
+    Pose X_WA, X_WB;         // start and end
+    std::uint64_t cut = 0;   // last fine cut in it
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // true if the previous cut in the coarse patch (around the shank) ended at X_WA
-    int waits = 0;           // number of ticks for which the cut has waited; 0: no cut waits
+    bool goes_on = false;    // the last coarse cut ended at X_WA
+    int waits = 0;           // ticks; 0: none waits
   } coarse_;
 
   struct Filling {
-    double owed = 0;     // m³, filling material that was delivered but is not placed yet
-    double radius = -1;  // voxels, radius of the growing dome of filling; negative: no dome exists
-    // fraction of the surface of the dome (the growing deposit of filling) that can still grow, as estimated in the
-    // last tick
+    double owed = 0;     // m³ delivered, not placed
+    double radius = -1;  // voxels; negative: none
+    // of its surface, free in the last tick
     double free_fraction = 1;
-    // voxels; center: centre of the dome (the growing deposit of filling); end: position of the instrument's free end
-    // when the dome began
+    // voxels: dome's centre; free end when it began
     dvec3 center{0}, end{0};
-    // voxels, place where the first dome of filling began; the search for places open for filling starts here
+    // voxels, of the first dome; the search starts here
     dvec3 root{0};
-    bool idle = false;  // true if the dome of filling could hardly grow in the last tick
+    bool idle = false;  // could hardly grow in the last tick
   } filling_;
-  // Search for places that are open for filling, along straight rays that start where the first dome of filling began.
-  // All rays advance together, so the nearest open place is found first.
+  // Along rays from the first dome, all together, so nearest first.
   struct OpenPlaceSearch {
     struct Ray {
-      int next = 0;       // number of the next sample to examine on this ray
-      int in_tissue = 0;  // number of consecutive samples of this ray inside tissue
+      int next = 0;       // next sample
+      int in_tissue = 0;  // samples inside, in a row
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // number of samples that have been examined on each ray so far
+    int looks = 0;        // samples so far
     std::size_t way = 0;  // index of the ray that is examined next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
-  // unit vectors of the rays along which places open for filling are searched; empty if no tool fills
+  // empty: no tool fills
   std::vector<glm::vec3> flow_directions_;
 };
 

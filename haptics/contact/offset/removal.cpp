@@ -1,5 +1,4 @@
-// Removes tissue in the servo's patch (copy of the field around the tool), and repeats cuts in a new patch that lacks
-// them.
+// In the servo's patch, and missing cuts in a new one.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +15,7 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return changed;
 }
 
-/// Removes the sweep of the head along the proxy's motion. Returns true and sets `cut` if any sample changed.
+/// Along the proxy's motion. True, with `cut`: changed.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
   const bool changed = emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
@@ -26,13 +25,12 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // An undo or redo may have restored tissue at the head. So the next sweep also removes the tissue inside the head at
-  // the start of its path.
+  // Undo or redo may have restored tissue at the head: the next sweep cuts its start, too.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  // voxels³ × hardness, removed volume of each tissue weighted by its hardness; it determines the cutting energy
+  // voxels³ × hardness, the cut's cost
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
@@ -48,10 +46,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Makes a cut in the coarse patch (field around the shank), from pose A to pose B of the head. Several short cuts are
-/// joined into a longer one, because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine
-/// patch took long. The cut in the coarse patch may then wait for one of the next ticks, because only the shank touches
-/// the coarse patch, and the shank follows the head.
+/// Coarse, A to B, joining short cuts that it cannot resolve. `may_wait`: the fine cut took long; only the shank
+/// touches it, and follows the head.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -60,8 +56,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
     coarse_.X_WA = X_WA;
     coarse_.goes_on = false;
   }
-  // Upper bound of the displacement that the rotation causes: no point of the head moves by more than 2.3 √(2 - 2|cos|)
-  // × its reach, where cos is the scalar product of the two quaternions.
+  // Bound of a rotation: 2.3 √(2 - 2|cos|) × reach, cos of the quaternions.
   const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_.X_WA.R))));
   const double moved = glm::length(X_WB.p - coarse_.X_WA.p) + turned * tool().reach();
   coarse_.cut = cut_count_;
@@ -72,7 +67,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
 }
 
-/// If a cut in the coarse patch (field around the shank) waits, makes it.
+/// If one waits.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -83,12 +78,10 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // After an undo or redo, the new snapshot contains every cut that is still valid, so a waiting cut is discarded.
+  // After undo or redo the snapshot has every valid cut: a waiting one is dropped.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
-  // The new coarse patch (field around the shank) was copied from the carver's volume, which was cut in shorter steps
-  // than the old coarse patch. So the active front of the coarse patch (the samples that the next cuts can change) is
-  // not valid any more.
+  // From the volume, which was cut in shorter steps: its front is not valid.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -106,7 +99,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
-/// Repeats the cuts that the coarse patch (field around the shank) of a new snapshot lacks.
+/// Of a new snapshot's coarse patch.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.coarse_levels.empty()) return;
   SurfacePatch& coarse = fresh.coarse_levels.front();

@@ -12,7 +12,7 @@ double square(const dvec3& v) {
 
 }  // namespace
 
-/// Sets far_ as large as a search from the start of the path can prove it for the position c.
+/// As far as a search from the start proves.
 void RetreatPath::find_far_points(const dvec3& c) noexcept {
   far_ = 0;
   far_from_ = c;
@@ -27,9 +27,7 @@ void RetreatPath::find_far_points(const dvec3& c) noexcept {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
-  // Finds the first path point at the same place as the new point c. Consecutive path points are at most longest_
-  // apart, so the distance of c from one path point shows how many of the next points are certainly too far away. These
-  // points are skipped.
+  // First point at c's place. Points are at most longest_ apart, so many are certainly too far.
   if (!(square(c - far_from_) < kFar * kFar)) find_far_points(c);
   std::size_t visited = far_;
   while (visited < points_.size()) {

@@ -1,5 +1,4 @@
-// The recorded path of the proxy. If the hand has moved away but contacts hold the proxy, the proxy is led back along
-// this path.
+// Of the proxy, to lead it back when contacts hold it from the hand.
 #pragma once
 
 #include <algorithm>
@@ -10,21 +9,19 @@
 
 namespace typodont::haptics::offset {
 
-/// Path points in voxels, from outside the tissue to the proxy's position. Loops are removed: when the path returns to
-/// a place, the points since the first visit are dropped. When the memory is full, every second point is dropped. Servo
-/// thread; allocates memory at set-up only.
+/// Voxels, from outside to the proxy, without loops; when full, every second goes. Servo thread; allocates at set-up.
 class RetreatPath {
  public:
   RetreatPath() { points_.reserve(kMost); }
 
-  /// Starts the path at position c, which is outside the tissue.
+  /// Outside the tissue.
   void begin(const dvec3& c) noexcept {
     points_.clear();
     points_.push_back(c);
     longest_ = kSpacing;
     far_ = 0;
   }
-  /// Adds the proxy's new position c to the path.
+  /// The proxy's new position.
   void add(const dvec3& c) noexcept;
   std::size_t size() const { return points_.size(); }
   const dvec3& last() const { return points_.back(); }
@@ -32,24 +29,23 @@ class RetreatPath {
     points_.pop_back();
     far_ = std::min(far_, points_.size());
   }
-  /// Returns the index of the path point nearest to `target`, or size() if all points are farther away than `within`.
+  /// Nearest to `target`; size(): none within `within`.
   std::size_t nearest(const dvec3& target, double within) const noexcept;
 
  private:
   static constexpr std::size_t kMost = 512;
-  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between two successive points of the path
-  // voxels; two points nearer to each other than this count as the same place
+  static constexpr double kSpacing = 0.5;  // voxels, least between points
+  // voxels; nearer is the same place
   static constexpr double kSamePlace = 0.7;
-  // voxels; if the distance between two successive points is larger than this, a new path starts
+  // voxels; more starts a new path
   static constexpr double kLeap = 8;
   static constexpr double kFar = 8;  // voxels, see far_
 
   void find_far_points(const dvec3& c) noexcept;
 
   std::vector<dvec3> points_;
-  double longest_ = kSpacing;  // voxels, largest distance between two successive points of the path
-  // The points with an index below far_ are farther than kFar + kSamePlace from the position far_from_. As long as the
-  // proxy is nearer than kFar to this position, it is not at the same place as any of these points.
+  double longest_ = kSpacing;  // voxels, largest so far
+  // Points below far_ are farther than kFar + kSamePlace from far_from_: not met within kFar of it.
   std::size_t far_ = 0;
   dvec3 far_from_{0};
 };

@@ -14,15 +14,13 @@ namespace {
 
 constexpr std::size_t kBatch = HeadDistances::kBatch;
 
-/// Arrays that are read and written in batches of eight points. Input: positions of the points relative to the head's
-/// centre. Results: signed distance of each point from the head, and the gradient of this distance.
+/// In eights. Input: points from the head's centre. Results: signed distances and gradients.
 struct Lanes {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
 };
 
-/// Computes the signed distance of each point from a ball of this radius, and the gradient of the distance. The results
-/// are the same as those of VertexHead::distance(p, n).
+/// To a ball; as VertexHead::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -38,9 +36,7 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   }
 }
 
-/// Computes the signed distance of each point from a head whose outline (meridian) consists of the given pieces, and
-/// the gradient of the distance. The results are the same as those of HeadField::distance(p, n). `R`: rotation from the
-/// tool's frame T to the workbench frame W, column by column.
+/// To a meridian; as HeadField::distance(p, n). `R`: T to W, by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -100,19 +96,16 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
   }
 }
 
-/// Distances of points from a head at one pose, as arrays that are read in batches of eight points.
+/// At one pose, read in eights.
 struct KnownDistances {
-  const float *x, *y, *z;  // m, positions of the points in the tool's frame T
+  const float *x, *y, *z;  // m, T
   const float* distance;
-  const float *n_x, *n_y, *n_z;  // gradients of the distances, in the tool's frame T
+  const float *n_x, *n_y, *n_z;  // T
   std::size_t count;
 };
 
-/// Extrapolates the distance of each point after a motion of the head. In the tool's frame T, this motion displaces a
-/// point p by change·p + shift. Writes the extrapolated distances (m) of the points that the head can touch in a
-/// further motion `motion`, and their indices, and returns their number. The head can touch a point if the point's
-/// distance, minus the component of `motion` along the gradient (a negative component counts as 0), is at most `far`
-/// (m). `change`: 3 × 3 matrix, column by column.
+/// After a motion that moves p by change·p + shift in T: distances (m) and indices of points within `far` (m) of the
+/// head less the part of `motion` along their gradient (not below 0). Returns how many. `change`: by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -134,13 +127,12 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // The last batch of eight may contain fewer than eight points. Removes the results of its unused lanes.
+  // Without unused lanes.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }
 
-/// Rotates the gradients of the points with the indices `at` from the tool's frame T to the workbench frame W. `R`:
-/// this rotation, column by column.
+/// At indices `at`, T to W. `R`: by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void rotate_gradients(const KnownDistances& known, const double* R, std::size_t count, const std::uint32_t* at,
                       const Lanes& columns) {
@@ -172,8 +164,7 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // For a head that is not a ball: the distance of a point from the head changes by at most the head's motion since the
-  // points were listed. So points whose stored distance is larger than `far` plus this motion are skipped.
+  // Not a ball: distances change at most by the motion since listing, so farther points are skipped.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));
@@ -188,8 +179,7 @@ void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& 
   extrapolate(X_WG, 0, motion_W);
 }
 
-/// Computes the distances from which find() extrapolates. Does nothing if they were already computed for the same list
-/// and for a pose of the head near X_WG.
+/// What find() extrapolates from; nothing for the same list near X_WG.
 void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   if (known_list_ == points.number() && known_ == points.size() &&
       displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
@@ -198,7 +188,7 @@ void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points,
   compute_all(head, points, X_WG);
 }
 
-/// Computes and stores the distances of all listed points from a head at X_WG. extrapolate() starts from them.
+/// Of all listed points, head at X_WG.
 void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   clear();
@@ -214,8 +204,7 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   computed_ += size_;
 }
 
-/// Extrapolates the stored distances to a head at X_WG. Finds the points that are at most `far` metres from this head
-/// after a further motion `motion_W` (m; 0: no further motion).
+/// To X_WG; points within `far` (m) after `motion_W` (m).
 void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));
@@ -224,7 +213,7 @@ void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motio
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
   size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
                            distance_.data());
-  // the last batch of eight points also reads these unused indices
+  // read by the last batch of eight
   for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
@@ -247,7 +236,7 @@ void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points
 
 void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept {
   const std::size_t count = size_;
-  // The last batch of eight reads array elements beyond the last point, so these elements must contain valid numbers.
+  // Read by the last eight, so valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Lanes columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

@@ -1,4 +1,4 @@
-// Moves a head towards the hand as far as the contact points allow.
+// As near to the hand as contact points allow.
 #pragma once
 
 #include <algorithm>
@@ -12,40 +12,33 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters for the motion of a head among contact points. Lengths are ratios to the head's radius.
+/// In the head's radius.
 struct FollowParameters {
-  // Longest displacement of the head in one iteration, as a ratio to the head's radius. It is short, because the limit
-  // that a contact point sets is only a linear approximation, which is inaccurate for long displacements.
+  // Per iteration, short: the points' bounds are linear approximations.
   static constexpr double step = 0.15;
-  // Number of iterations in one round. After a round, the points near the head are listed again if the head has moved
-  // farther than `kept`.
+  // Iterations per round; then a new list if the head moved by more than `kept`.
   static constexpr int looks = 2;
-  // Largest number of rounds in one tick. Near contact points, the head moves at most 16 × 2 × 0.15 = 4.8 radii in a
-  // tick.
+  // Rounds per tick: at most 16 × 2 × 0.15 = 4.8 radii near points.
   static constexpr int rounds = 16;
-  // Convergence tolerance: the iterations end when the displacement in one iteration is shorter than this fraction of
-  // the longest displacement that is allowed in this iteration.
+  // Of the longest allowed step; shorter ones end it.
   static constexpr double settled = 0.2;
-  // Limit of the depth of a contact point inside the head, as a ratio to the head's radius. If a point is deeper, the
-  // head counts as inside the tissue and is moved out.
+  // Depth of a point in the head, beyond which the head is inside and is moved out.
   static constexpr double led_out = 0.05;
-  /// Ratio to the head's radius. When the head has moved farther than this since the points near it were listed, they
-  /// are listed again.
+  /// Motion until points are listed again.
   static constexpr double kept = 0.15;
-  /// Distance from the head within which points are listed, as a ratio to the head's radius.
+  /// From the head, of listed points.
   static constexpr double margin = kept + looks * step;
-  /// Returns the longest allowed displacement in one iteration, m. `left`: distance from the head to the hand, m.
+  /// m per iteration. `left`: m to the hand.
   static double longest_step(double radius, double left) noexcept {
     return std::clamp(left, 0.01 * radius, step * radius);
   }
 };
 
-/// Moves a head from `from` towards `to` until contact points are near it. A step is never longer than the distance
-/// within which points are listed, so the head cannot jump through a thin wall. `list(p)` is called after each step. It
-/// must list the points around p if the present list is no longer valid. Returns the head's position.
+/// Until points are near, in steps within the list, so no thin wall is jumped. `list(p)` after each step lists around p
+/// if needed. Returns the head's position.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // largest number of steps without contact in one tick
+  constexpr int kMostHops = 64;  // steps without contact per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -56,18 +49,17 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   return from;
 }
 
-/// Keeps a head outside the mesh while it follows the hand. Servo thread only. Allocates memory only in the
-/// constructor.
+/// Outside the mesh, after the hand. Servo thread; allocates in the constructor only.
 class HeadFollower {
  public:
-  /// A contact point that prevents the head from coming nearer to the hand.
+  /// Holds the head back.
   struct Hold {
     std::uint32_t point;  // index of the point
-    dvec3 n;              // unit direction in which the point pushes the head
-    double push;          // m, distance by which the point holds the head back from the hand
+    dvec3 n;              // unit vector on the head
+    double push;          // m from the hand
   };
 
-  /// `distances` is a buffer of the caller. It must exist as long as this object. follow() overwrites its contents.
+  /// `distances`: the caller's buffer, which must outlive this and is overwritten.
   explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
     gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
@@ -105,21 +97,20 @@ class HeadFollower {
     return from;
   }
 
-  /// Returns true if, in the last follow(), a point was deeper inside the head than FollowParameters::led_out allows.
+  /// In the last follow(), deeper than FollowParameters::led_out.
   bool led_out() const noexcept { return led_out_; }
-  /// Returns true if there were points near the head at its last step.
+  /// At its last step.
   bool bounded() const noexcept { return bounded_; }
   int count() const noexcept { return active_.count; }
   const Hold& hold(int i) const noexcept { return holds_[i]; }
 
  private:
-  /// Makes one step of the head of at most `most` (m), as far as the listed points allow. Returns true if a further
-  /// iteration is needed.
+  /// At most `most` (m). True: go on.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack, bool give,
                 double most) noexcept;
 
   HeadDistances& distances_;
-  std::vector<double> gaps_;  // m, for each near point: the distance that the head may move towards it
+  std::vector<double> gaps_;  // m of motion towards each point
   ActivePlanes active_;
   Hold holds_[3] = {};
   bool bounded_ = false, led_out_ = false;

@@ -23,26 +23,21 @@ using P = CutParameters;
 
 namespace {
 
-// m, upper bound of the rounding error of the bounding balls, which are stored as floats
+// m, rounding of bounding balls (floats)
 constexpr double kRounding = 1e-6;
-// Largest number of rounds that repair folded or intersecting faces by moving their vertices back. If the mesh is still
-// not valid after these rounds, all vertices are moved back to the positions before the step.
+// Rounds of moving vertices back; then all go back to before the step.
 constexpr int kMostRounds = 8;
-// Limit of the cosine between a face's outer normal and the direction from the head's core to a corner of the face. A
-// face faces the core if all its cosines are below this limit.
+// Cosine of outer normal and way from the core to a corner, below which a face faces the core.
 constexpr double kFacesCore = -0.05;
 
-// Bound of the rounding error of the scalar product of a unit vector and a vector a, as a ratio to |a.x| + |a.y| +
-// |a.z|. If the computed product is below minus this bound, the exact product is negative, too.
+// Rounding of a unit vector's product with a, in |a.x| + |a.y| + |a.z|. Below minus this, the exact product is
+// negative.
 constexpr double kClearlyInward = 1e-12;
-// Limits of quick tests, which compare the squares of two numbers. A quick test decides only if one square is larger
-// than kLarger × the other; a closer comparison could be wrong because of rounding. It also does not decide if a square
-// is below kTiny2 (m⁴), because such a small number may have lost digits (denormal numbers).
+// Quick tests of squares decide only beyond kLarger, because of rounding, and above kTiny2 (m⁴), because of denormals.
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
-// m; if the height of a triangle is below this limit, the rounding of its normal may matter
+// m; lower triangles have uncertain normals
 constexpr double kFlat = 1e-7;
-// Limit of a quick test that compares lengths: the test decides only if one length is smaller than kShorter × the
-// other.
+// For lengths: decides only if one is below kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -55,8 +50,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Returns a triangle's height above its longest edge, divided by the length of this edge. Returns 0 for a triangle
-/// without area.
+/// Height over the longest edge / this edge; 0 without area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -64,23 +58,19 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// If more bounding balls than this overlap the ball of the face under test, a table of the faces (crowd_) first
-// excludes faces that cannot intersect it. In a usual cut, at most about 60 balls overlap.
+// Overlapping balls, from which the table crowd_ excludes faces first; usually at most about 60.
 constexpr std::size_t kCrowd = 100;
-// Largest number of faces in the table crowd_, which is used only if very many bounding balls overlap.
+// Of crowd_.
 constexpr std::size_t kMostInCrowd = 1 << 15;
 
-// Bit of an index that list_overlapping() writes. The bit is set if the bounding ball lies on one side of the plane of
-// the tested face. The face in such a ball cannot intersect the tested face.
+// In list_overlapping(): the ball is on one side of the face's plane, so its face cannot intersect.
 constexpr std::uint32_t kBeside = 0x80000000;
 
-/// Finds the bounding balls of faces that overlap the bounding ball of a face, which has the centre p and the radius r.
-/// Writes their indices, some with the bit kBeside, to `at`, and returns their number. `n`: unit normal of the face at
-/// p, or the zero vector if the normal is not exact.
+/// Overlaps with the ball p, r of a face: indices, some with kBeside, into `at`. `n`: normal at p; zero: not exact.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, const float* n, std::uint32_t* at) {
-  constexpr float kClear = 1e-7f;  // m, larger than the rounding error of a ball's distance from the plane
+  constexpr float kClear = 1e-7f;  // m, above rounding of a ball's distance
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; k += kBatch) {
     F8 px, py, pz, far;
@@ -98,23 +88,22 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Removes the results that belong to unused lanes of the last batch of vector operations.
+  // Without unused lanes.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
 
-/// Returns true if the angles of two triangles at their common vertex overlap, seen against the direction n, from which
-/// the corners of both triangles are counter-clockwise. `i`, `j`: index of the common vertex in a and in b.
+/// Seen against n, from which both are counter-clockwise. `i`, `j`: common vertex in a, b.
 bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j, const dvec3& n) noexcept {
   const dvec3& p = a.p[i];
   const dvec3 a1 = a.p[(i + 1) % 3] - p, a2 = a.p[(i + 2) % 3] - p, b1 = b.p[(j + 1) % 3] - p,
               b2 = b.p[(j + 2) % 3] - p, n_a1 = glm::cross(n, a1), n_a2 = glm::cross(n, a2);
-  // Each sign tells on which side of an edge of `a` an edge of `b` lies.
+  // Side of an edge of `a` on which one of `b` lies.
   const double s11 = glm::dot(n_a1, b1), s12 = glm::dot(n_a1, b2), s21 = glm::dot(n_a2, b1), s22 = glm::dot(n_a2, b2);
   return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
 }
 
-/// Returns the limit of the number of faces near a head; above this limit, edges are not split.
+/// Faces near a head, above which edges are not split.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -148,7 +137,7 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
   return {&head, X, R, glm::transpose(R)};
 }
 
-/// Begins to search the faces within `margin` (m) of a head.
+/// Within `margin` (m).
 void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   head_ = head;
   margin_ = margin;
@@ -157,7 +146,7 @@ void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   near_.clear();
 }
 
-/// Adds a face to the list of near faces if its bounding ball may be within the distance margin_ of the head.
+/// If its ball may be within margin_.
 void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   const float far = static_cast<float>(margin_) + mesh.ball_radius(f);
   if (head_.head->may_be_within(mesh.ball_center(f) - glm::vec3(head_.X_W.p), glm::vec3(head_.R_WT[2]), far)) {
@@ -165,20 +154,17 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   }
 }
 
-/// Returns true if the faces that an earlier search found (`known`) include all faces within the distance margin_ of
-/// the head at its present pose.
+/// `known` holds all faces within margin_ now.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // Largest possible ratio of two lengths: the decrease of the distance between the head and the bounding ball of a
-  // near face, and the largest displacement of a point of the head. It is above 1 because of rotations: the bounding
-  // ball may be farther from the head's centre than any point of the head, so relative to the head it moves farther.
+  // Approach of a near face's ball / way of the head's points; above 1, because a ball may be farther out in a
+  // rotation.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
   return margin_ + kMotion * moved + kRounding <= known.within;
 }
 
-/// Continues to gather the faces near the head, from the faces of an earlier search (`known`) or from the mesh, until
-/// the allowed effort is used up. Returns true if all faces are gathered.
+/// From `known` or the mesh, within the effort. True: all.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   if (takes_known_ && known.number != known_) {  // the list of known faces was replaced
     begin_search(head_, margin_);
@@ -198,10 +184,9 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
   return complete;
 }
 
-/// Sorts the faces near the head by their index. Otherwise their order would depend on the cells of the search grid.
-/// Uses a radix sort, because a comparison sort would take a third of the time of a cut.
+/// By index, or the order would depend on the grid. Radix: comparing takes a third of a cut.
 void MeshCutter::sort_near() noexcept {
-  constexpr int kDigit = 9;  // number of bits of the index by which one pass of the radix sort sorts
+  constexpr int kDigit = 9;  // bits per pass
   constexpr Index kMask = (1u << kDigit) - 1;
   sorted_.resize(near_.size());
   const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
@@ -214,8 +199,7 @@ void MeshCutter::sort_near() noexcept {
   }
 }
 
-/// Splits the long edges of faces that the head may touch. The splits do not change the shape of the surface. Returns
-/// false if the allowed effort is used up before the last face.
+/// Without changing the shape. False: effort used up.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   const std::size_t most = std::min(near_.capacity(), most_faces(*head.head, edge));
@@ -223,7 +207,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     if (left_ <= 0) return false;
     left_ -= kCutCosts.refine;
     const Index f = near_[at_];
-    // Quick test: no edge of a face is longer than the diameter of the face's bounding ball.
+    // No edge exceeds the ball's diameter.
     if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * edge * kShorter) {
       ++at_;
       continue;
@@ -234,7 +218,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > greatest2) greatest2 = e2, longest = i;
     }
-    // Edges on an open border of the mesh are not split, and neither are edges that end at the border.
+    // Not at open borders, nor ending there.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -255,30 +239,27 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return true;  // the buffers of the mesh are full, so no further edge can be split
+    if (m == kNone) return true;  // buffers full: no more splits
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in the list of near faces twice: once because it is near the head, and once as a neighbour of a split
-  // edge. Removes duplicates.
+  // A face may be there twice, also as a split edge's neighbour.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
   return true;
 }
 
-/// Computes the target position `to` of a vertex inside the head. In general, the vertex moves by the length `depth` in
-/// the direction `n`: out of the head, and into the solid. If this motion would leave the solid through a face around
-/// the vertex, the component along the face's outer normal is removed. Returns false if there is no direction into the
-/// solid.
+/// By `depth` along `n`, out of the head and into the solid; without the part that would leave the solid through a face
+/// around. False: no way in.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
   dvec3 areas[kMostFaces], normals[kMostFaces], sum(0);
   int count = 0;
-  bool inward = true;  // true if the direction certainly points into the solid at every face around the vertex
+  bool inward = true;  // certainly inwards at every face around
   mesh.around(v, [&](Index f, int) {
     const dvec3 area = normal2(mesh, f);
     if (!(glm::dot(area, area) > 0) || count == kMostFaces) return;
@@ -322,7 +303,7 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
   return true;
 }
 
-/// Computes the target positions of the vertices that find_inside() has collected in distances_.
+/// Of what find_inside() collected.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
   left_ -= kCutCosts.distances * static_cast<Effort>(distances_.size());
@@ -343,7 +324,7 @@ void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, doub
   distances_.clear();
 }
 
-/// Lists the vertices inside the head with their target positions.
+/// Vertices inside, with targets.
 bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   if (at_ == 0) {
     moved_.clear();
@@ -352,7 +333,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
-        // Quick test: if the bounding ball of a face is outside the head, so are the corners of the face.
+        // With its ball outside, so are its corners.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
         if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
@@ -371,8 +352,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   return true;
 }
 
-/// Lists the faces around vertex v, which will move. Stores for each face its normal before the motion, and the volume
-/// of the tetrahedron that it forms with the head's centre.
+/// Around moving vertex v: normals before, and tetrahedra with the head's centre.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     if (!see_face(f)) return;
@@ -381,8 +361,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, 
   });
 }
 
-/// Moves the vertices of face f back to the positions that they had before the step. Returns false if no vertex of this
-/// face had moved.
+/// To before the step. False: none had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -396,12 +375,11 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// Returns true if a face has folded. A face has folded if it has rotated far in this step and does not face the head
-/// now (limits: CutParameters::least_turn, faces_head).
+/// Rotated far without facing the head now (CutParameters::least_turn, faces_head).
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
+  // Without roots; the exact one follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
     return false;
@@ -414,9 +392,8 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
-/// Prevents folds: moves the vertices of each folded face back. A face that rotates far in one step counts as folded
-/// over, except if it faces the head after the step: a narrow face may rotate far when it becomes a part of the cut
-/// wall. Returns false if the allowed effort is used up before the last face.
+/// Folded faces go back. A narrow face may turn far when it becomes the cut's wall, so one that faces the head is none.
+/// False: effort used up.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
@@ -433,9 +410,7 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   return true;
 }
 
-/// Copies the bounding balls of the faces near the head into arrays. Sorts the balls into slices along the longest side
-/// of the box around them, so that a ball can overlap only balls in a few slices. The balls of large faces follow after
-/// all slices.
+/// In slices along the longest side, so overlaps are in few; large faces follow.
 void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
@@ -460,8 +435,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   crowded_ = false;
 }
 
-/// Copies the corners of the faces near the head into the table crowd_, in the same order as the bounding balls. The
-/// table is used only if very many bounding balls overlap.
+/// In the balls' order, only if very many overlap.
 void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   for (std::size_t slot = 0; slot < near_.size(); ++slot) {
     const Index f = near_[ball_at_[slot]];
@@ -471,7 +445,7 @@ void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   crowded_ = true;
 }
 
-/// Updates the table crowd_ (the corners of the faces near the head) for the faces around a vertex that has moved.
+/// Around a moved vertex.
 void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     const std::uint32_t slot = slot_of_[f];
@@ -480,9 +454,7 @@ void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   });
 }
 
-/// Returns true if the face with the corners `a` and the normal n intersects face g. In a smooth surface, two faces
-/// that share a vertex have nearly the same normal and do not intersect, so most of these pairs are decided without an
-/// intersection test.
+/// Corners `a`, normal n, against g. With a common vertex normals mostly agree, which decides quickly.
 bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, Index g) const noexcept {
   const mesh::Corners b = mesh::corners(mesh, g);
   int shared = 0, of_a = 0, of_b = 0;
@@ -501,8 +473,7 @@ bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, con
   return mesh::cross_each_other(a, b);
 }
 
-/// Returns the first face in near_ that intersects face f, or kNone. Tests only pairs of faces of which at least one
-/// has changed.
+/// First in near_, or kNone; at least one of a pair has changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const float r = mesh.ball_radius(f);
@@ -518,9 +489,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t count = 0, tested = 0;
     for (std::size_t i = 0; i < found; ++i) {
       const std::size_t slot = from + (overlapping_[i] & ~kBeside);
-      // Skips a face that was already tested in this round and crossed no other face, because that test included the
-      // pair with f. If vertices were moved back in this round (held_), bounding balls may have changed, so the pair is
-      // tested again.
+      // Tested in this round without a crossing: that included f, unless vertices went back (held_).
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       ++tested;
       if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
@@ -546,15 +515,14 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// Returns true if the face f faces the head's core (VertexHead::core_low) in all its corners.
+/// In all corners (VertexHead::core_low).
 bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
   const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
-  // Vector from the nearest point of the core to a point.
+  // From its nearest point.
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
-  // A quick test with the rough normal and the bounding ball. The vector from the core to a corner differs from the
-  // vector to the ball's centre by at most the ball's radius.
+  // Rough normal and ball: ways to corners and centre differ by the radius.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
@@ -568,9 +536,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   return true;
 }
 
-/// Lists face f for the intersection test if it may intersect other faces. If all faces near the head face its core,
-/// each ray from the core enters the solid only once, so the surface cannot intersect itself. So only faces that face
-/// away from the core are listed (the far side of a thin wall, an undercut, or the surface around a hole).
+/// If all near faces face the core, each ray enters once and nothing intersects: only the others are listed (thin wall,
+/// undercut, hole).
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
@@ -583,9 +550,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (distances_.full()) decide_candidates(mesh, head);
 }
 
-/// Returns the distance from the head (m) within which face f can intersect a changed face. Moved vertices are on the
-/// head's surface or near it. So a face without a moved vertex can intersect a changed face only if it is very near the
-/// head.
+/// m. Moved vertices are at the surface, so unmoved faces matter only very near.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
   return mesh.ball_radius(f) + (face_seen_[f] == look_ ? edge : kRounding);
 }
@@ -596,7 +561,7 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Lists those faces in `candidates_` that are near the head. Their distances from the head are computed eight at once.
+/// Into `candidates_`, eight distances at once.
 void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
   distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
@@ -606,9 +571,9 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
   distances_.clear();
 }
 
-/// Tests whether face f intersects another face. If it does, moves the vertices of both faces back.
+/// If so, both go back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
-  if (!held_ && tested_in_[f] == edge_look_) return;  // the face is listed twice and was already tested
+  if (!held_ && tested_in_[f] == edge_look_) return;  // listed twice, tested already
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -635,9 +600,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
   mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
-/// Collapses an edge unless this would make the mesh worse: a face would rotate too far, become too small or too flat,
-/// get too long an edge or intersect another face, or the volume would change too much. Returns true if the edge was
-/// collapsed.
+/// Unless a face turns too far, gets too small, flat or long or intersects, or the volume changes too much. True: done.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double longest, double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -645,9 +608,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // The next functions return limits of the shape of the faces after the collapse. If the collapsed edge is tiny, the
-  // limits are weaker for a face that already exceeds them: its shape may stay about as bad as it is. Without this
-  // exception, tiny faces that have collected in one place could never be removed.
+  // Limits afterwards. Weaker at tiny edges for faces already beyond: otherwise tiny ones in one place would stay for
+  // ever.
   const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
@@ -660,7 +622,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
   };
   bool allowed = true;
-  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  // m³ × 6, positive: added
   double volume = 0;
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
@@ -693,8 +655,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Flips the edge between two nearly coplanar faces if this improves their shape: the smaller roundness() of the two
-/// faces must increase. Returns true if the edge was flipped.
+/// Nearly coplanar faces; the smaller roundness() must grow. True: done.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -708,7 +669,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  // m³ × 6, positive: added
   const double volume = volume6(a, d, c, b);
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
@@ -717,7 +678,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
       mesh::BoxedTriangles turned;
       turned.add(mesh::corners(mesh, h));
       if (!mesh::crosses_any(mesh, turned, [&](Index k) { return k != h; })) continue;
-      mesh.flip(f, 1);  // undoes the flip: f now has the corners a, d, c, and its edge 1 is the flipped edge
+      mesh.flip(f, 1);  // back: f has a, d, c, flipped edge 1
       return false;
     }
   }
@@ -727,7 +688,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   return true;
 }
 
-/// Repairs a changed face: collapses a short edge, or flips the longest edge of a sliver.
+/// Collapses a short edge, or flips a sliver's longest.
 void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   if (!mesh.uses(f)) return;
@@ -740,7 +701,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
   if (length2[shortest] < shortest2) {
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
-    // The collapse keeps one of the two vertices of the edge: if possible, a vertex that no cut has moved.
+    // Keeps the vertex that no cut has moved, if there is one.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
         collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
@@ -753,15 +714,14 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Removes a vertex that could not leave the head: merges it into a neighbouring vertex. Neighbours outside the head
-/// are tried first, and among them the nearest one first. Returns false if no neighbour is suitable.
+/// Into a neighbour: outside ones first, nearest first. False: none fits.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², square of the distance between the vertex v and its neighbour
-    Index face;   // a face that contains the edge from the vertex v to this neighbour
-    int i;        // index of the edge from v to the neighbour in `face`
+    double far2;  // m², to the neighbour
+    Index face;   // with that edge
+    int i;        // of that edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;
     }
@@ -796,8 +756,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The longest cut of the servo (FeelParameters::stride) has exactly the length of one step. Without the factor 1 -
-  // 1e-6, a rounding error could divide this cut into two steps.
+  // The servo's longest cut (FeelParameters::stride) is exactly one step; rounding could make two.
   const double steps = way / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
@@ -811,8 +770,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Continues one stage of the cut, for example the splitting of edges, until it is finished or `left_` (the allowed
-/// computing effort) is used up.
+/// Until done or `left_` is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {
@@ -822,8 +780,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // The faces that an earlier search found (`known`) are used only in the first step of the cut, because each step
-      // changes the mesh.
+      // First step only: each changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       return go_to(Stage::kSearch);
     }
@@ -874,8 +831,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, a face that faces away from the head may intersect a face that faces the head. So a changed face is
-      // also tested if it shares a vertex with a face that faces away from the head.
+      // At a fold, faces away from the head may cross faces towards it: also tested if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {

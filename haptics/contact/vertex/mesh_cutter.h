@@ -1,6 +1,5 @@
-// Cuts a mesh by moving the vertices that are inside the head (paper S4 in docs/papers.md, section 3). Additions to the
-// paper: the mesh is refined first, vertices move in a direction that stays inside the solid, and slivers are repaired
-// afterwards.
+// Moves vertices out of the head (S4 in docs/papers.md, section 3); also refines first, keeps ways inside the solid,
+// and repairs slivers.
 #pragma once
 
 #include <algorithm>
@@ -20,126 +19,107 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut, with their reasons. Most lengths are ratios to the target edge length: the wanted length of
-/// mesh edges on the cut surface, which depends on the head.
+/// Mostly in target edge lengths, which depend on the head.
 struct CutParameters {
-  // Longest allowed edge, in target edge lengths; a longer edge is split (Botsch & Kobbelt 2004).
+  // Longer edges are split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
-  static constexpr double shortest = 0.35;  // shortest allowed edge in target edge lengths; a shorter edge is collapsed
-  // Longest motion of the head in one step of a cut, in target edge lengths. It is so short that no face rotates far in
-  // one step.
+  static constexpr double shortest = 0.35;  // shorter edges are collapsed
+  // Head's motion per step: no face turns far.
   static constexpr double step = 0.5;
-  // Largest displacement of a vertex in one step, in target edge lengths. A vertex that would have to move farther
-  // belongs to another wall, so it is not moved at all.
+  // Vertex's motion per step; one that needs more is of another wall and stays.
   static constexpr double farthest = 3;
-  // smallest allowed cosine between the normal of a face before a step and the normal of this face after the step
+  // cosine of a face's normals before and after a step
   static constexpr double least_turn = 0.2;
-  // Exception to `least_turn`: a face may rotate farther if it faces the head after the step. It faces the head if the
-  // cosine between the face's normal and the reversed normal of the head is at least this limit.
+  // A face may turn farther if its normal and the head's reversed one have at least this cosine.
   static constexpr double faces_head = 0.3;
-  // Two faces that share a vertex face the same way if the cosine between their normals is above this limit. They are
-  // tested for intersection only if their angles at the common vertex overlap, seen along the normal of one of them.
+  // Cosine above which faces at a vertex face alike; tested only if their angles overlap along a normal.
   static constexpr double same_way = 0.6;
-  // Two faces that share an edge count as intersecting if the cosine between their normals is below this limit. Then
-  // they lie on each other without any gap, and a later cut could push parts of one face through the other.
+  // Cosine below which faces at an edge intersect: they lie on each other, and could be pushed through.
   static constexpr double flat_fold = -(1 - 1e-6);
-  // Limit of the ratio of a triangle's height to its longest edge. A triangle with a smaller ratio is a sliver.
+  // Height / longest edge, below which it is a sliver.
   static constexpr double flattest = 0.12;
-  // Length limit, in target edge lengths. An edge shorter than this may be collapsed even if a face next to it keeps a
-  // bad shape.
+  // Edge that may collapse even beside a bad face.
   static constexpr double tiny = 0.1;
-  // Smallest allowed area of a face after an edge is collapsed, divided by half the square of the target edge length.
+  // Face after a collapse, in half the squared target edge.
   static constexpr double least_area = 1e-6;
-  // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
-  // longer than `longest`.
+  // Edge after a merge; the next cut splits those above `longest`.
   static constexpr double longest_merged = 2;
-  // Limit of the number of faces near the head, divided by the number of equilateral faces of the target edge length
-  // that would cover the head's surface. At this limit, edges are no longer split. In a usual
-  // cut, the ratio is about two. It gets larger only at the rim of a membrane, where each split makes further splits
-  // necessary.
+  // Faces near the head, in equilateral ones that cover it; no more splits above. Usually about two; more only at a
+  // membrane's rim, where splits breed splits.
   static constexpr double most_faces = 4;
-  // m, tolerance: a vertex that is less than this deep inside the head counts as lying on the head's surface
+  // m inside, still on the head's surface
   static constexpr double overlap = 1e-10;
-  // Limit for flipping the common edge of two faces: the cosine between the normal of each new face and the mean normal
-  // of the two old faces (weighted by area) must be larger than this.
+  // For a flip: cosine of new normals and the old mean (by area).
   static constexpr double same_plane = 0.9;
-  // Smallest allowed cosine between the normal of a face before an edge is collapsed and its normal afterwards. A face
-  // that faces the head (`faces_head`) may rotate farther.
+  // For a collapse: cosine before and after; faces towards the head (`faces_head`) may turn farther.
   static constexpr double least_turn_in_mending = 0.5;
-  // Largest allowed change of the solid's volume when a vertex inside the head is merged into a neighbour, divided by
-  // the cube of the target edge length.
+  // Volume of a merge, in cubed target edges.
   static constexpr double most_given = 0.2;
-  // Largest allowed change of the solid's volume when a short edge is collapsed or an edge of a sliver is flipped,
-  // divided by the cube of the target edge length.
+  // Volume of a collapse or flip, in cubed target edges.
   static constexpr double most_volume = 0.02;
 };
 
-/// The tissue of every voxel of the volume before the first cut. Null if the volume contains only one tissue.
+/// Before the first cut; null: one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
   PerTissue removed{};   // m³, removed volume of each tissue
   bool changed = false;  // true if the mesh has changed
-  bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
+  bool held = false;     // some had to stay inside: thin wall or open border
 };
 
-/// Approximate computing time in units of 10 ns. It is computed from the numbers of processed faces and vertices, and
-/// not measured, so it is the same in every replay.
+/// In 10 ns, by numbers of faces and vertices, so a replay has the same.
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
-/// Estimated computing times of the loops of a cut, in the unit of Effort. They come from measurements.
+/// In Effort's unit, by measurement.
 struct CutCosts {
-  Effort visit = 1, sort = 1;       // per face: visit in a search; sorting of the found faces
+  Effort visit = 1, sort = 1;       // per face: visit, sorting
   Effort refine = 1, split = 40;    // per face near the head; per split edge
   Effort distance = 5;              // per distance between the head and a face
-  Effort find = 2;                  // per face whose corners may be inside the head
+  Effort find = 2;                  // per face with corners possibly inside
   Effort distances = 3, push = 10;  // per vertex: distance from the head; target position
-  Effort collect = 10;              // per moved vertex: list of the faces around it
-  Effort unfold = 2, settle = 5;    // per changed face: test for folding; update of the search grid
-  Effort select = 1, ball = 1;      // per face near the head: selection for the intersection test; bounding ball
+  Effort collect = 10;              // per moved vertex: faces around
+  Effort unfold = 2, settle = 5;    // per changed face: folding; grid
+  Effort select = 1, ball = 1;      // per near face: selection; ball
   Effort select_changed = 1;        // per changed face: selection for the intersection test
   Effort test = 75, pair = 4;       // per tested face; per pair of faces
-  Effort account = 2, repair = 3;   // per changed face: removed volume and tissue; search for short edges and slivers
+  Effort account = 2, repair = 3;   // per changed face: volume, tissue; short edges and slivers
   Effort collapse = 60;             // per attempt to collapse or flip an edge
-  Effort thin_collapse = 500;       // the same if faces near the head face away from it
+  Effort thin_collapse = 500;       // the same with faces away from the head
 };
 inline constexpr CutCosts kCutCosts;
 
-/// Faces near a head that an earlier search has already found.
+/// By an earlier search.
 struct KnownFaces {
-  std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
+  std::span<const mesh::Index> faces;  // at least all within `within` of the head at X_W
   Pose X_W;
-  double within = 0;         // m, distance from the head within which all faces are known; 0: no faces are known
-  std::uint64_t number = 0;  // identifies the list: two different lists have different numbers
+  double within = 0;         // m; 0: none
+  std::uint64_t number = 0;  // different for every list
 };
 
-/// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
+/// Allocates in the constructor. Deterministic.
 class MeshCutter {
  public:
   MeshCutter() = default;
   /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// Moves the head from A to B in straight steps and cuts the mesh. The head at A must not overlap the solid. `edge`:
-  /// m, target edge length, that is, the wanted length of mesh edges on the cut surface.
+  /// From A, without overlap, to B in straight steps. `edge`: m, target edge length.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// Makes the same cut as cut(), but in parts: call begin(), then work() until it returns true, then done(). Until the
-  /// cut is finished, `head` must exist, and nothing else may change the mesh. work() subtracts its computing effort
-  /// from `left`, and stops when `left` is not positive. Between two parts, the faces of the mesh are connected
-  /// correctly, but some vertices may have moved too far. `known`: faces near the head that an earlier search found;
-  /// they save a search. Neither `known` nor the division into parts changes the result.
+  /// cut() in parts: begin(), work() until true, done(). Meanwhile `head` stays and nothing else changes the mesh.
+  /// work() uses up `left`; between parts faces connect correctly, but vertices may be too far. `known`: saves a
+  /// search. Results do not depend on parts or `known`.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   const CutDone& done() const noexcept { return done_; }
-  /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from the head's
-  /// centre or axis, to the head's surface. No face is split or repaired.
+  /// As printed in S4: away from the centre or axis to the surface, without splits or repairs.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
   static constexpr int kSlices = 32;
-  static constexpr std::size_t kMostTogether = 64;  // largest number of distances that are computed at once
+  static constexpr std::size_t kMostTogether = 64;  // distances at once
 
   struct Moved {
     mesh::Index v;
@@ -149,13 +129,13 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³, six times the signed volume of the tetrahedron formed by the face and the head's centre
-    dvec3 normal;    // normal of the face; its length is twice the face's area
+    double volume6;  // m³ × 6, with the head's centre
+    dvec3 normal;    // twice the area long
   };
-  /// A face whose distance from the head decides whether it may intersect other faces.
+  /// May intersect, by its distance from the head.
   struct Candidate {
     mesh::Index f;
-    double within;  // m, largest distance from the head at which the face matters
+    double within;  // m from the head
   };
   /// A head at a given pose.
   struct Placed {
@@ -175,11 +155,10 @@ class MeshCutter {
   struct Job {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
-    double edge = 0;          // m, target edge length of the faces on the cut surface
-    int steps = 0, step = 0;  // steps: number of straight steps of the cut; step: number of steps that have begun
+    double edge = 0;          // m, target edge length
+    int steps = 0, step = 0;  // in all, and begun
   };
-  /// The stages of one step of a cut, in their order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is
-  /// finished.
+  /// In order, but kSelect after kUnfoldAgain. kDone: the whole cut.
   enum class Stage : std::uint8_t {
     kNextStep,
     kSearch,
@@ -200,8 +179,7 @@ class MeshCutter {
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
-  /// Calls fn(i) for the indices from at_ to `count` - 1, until the computing effort left_ is used up. `cost`: effort
-  /// of one call of fn. Returns true if fn was called for the last index.
+  /// fn(i) from at_ to `count` - 1 while effort lasts, `cost` each. True: all.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -246,7 +224,7 @@ class MeshCutter {
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
-  /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
+  /// By a centre's coordinate (m).
   int slice_at(float x) const noexcept {
     return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
   }
@@ -263,59 +241,55 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t look_ = 0;
-  // for each vertex and each face: number of the search (look_) that last visited it
+  // search (look_) that last visited each
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
-  std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
+  std::vector<std::uint32_t> place_of_;  // in moved_, per vertex of this step
   std::uint32_t edge_look_ = 0;
-  // for each vertex: number of the last round of the intersection test (edge_look_) in which a face around the vertex
-  // faced away from the head
+  // per vertex: last round (edge_look_) with a face around away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  HeadDistances distances_{kMostTogether};           // points whose distances from the head are computed together
-  std::array<Candidate, kMostTogether> candidates_;  // for each point in distances_ during the selection: its face
-  // m, centres and radii of the bounding balls of the faces in near_, sorted into slices
+  HeadDistances distances_{kMostTogether};           // for distances at once
+  std::array<Candidate, kMostTogether> candidates_;  // face per point, in the selection
+  // m, of near_, in slices
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
-  std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
-  int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
+  std::vector<std::uint32_t> ball_at_;  // in near_
+  int slice_axis_ = 0;                  // of the slices
   float slice_lo_ = 0, slices_per_m_ = 0;
-  float widest_ = 0;  // m, largest radius of a ball in the slices
-  // index of the first ball of each slice; the last elements: index of the first large ball, and number of balls
+  float widest_ = 0;  // m, in the slices
+  // first ball per slice; then the first large one, and the end
   std::array<std::uint32_t, kSlices + 2> slice_start_{};
-  // balls that overlap the bounding ball of the face under test
+  // with the ball under test
   std::vector<std::uint32_t> overlapping_;
-  // The corners of the faces in near_, in the order of the bounding balls. The table is filled only if very many
-  // bounding balls overlap. This happens at the rim of a hole through a sheet. A cut cannot remove the membrane that
-  // remains between the two sides of the sheet, so many tiny faces collect there.
+  // Corners of near_ in the balls' order, only if very many overlap: at a hole's rim the membrane left between a
+  // sheet's sides gathers tiny faces.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true if crowd_ was filled in this round of the intersection test
-  std::vector<std::uint32_t> slot_of_;  // for each face: its index in crowd_; valid only if the face is in crowd_
-  // for each face: number of the last round of the intersection test in which the face was tested and crossed no other
-  // face
+  bool crowded_ = false;                // filled in this round
+  std::vector<std::uint32_t> slot_of_;  // in crowd_, if there
+  // last round without a crossing
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
-  // The next members are the state of the cut in progress. The cut may be made in several parts, between which the
-  // state is kept.
+  bool thin_ = false;  // some face away from the head (thin wall, undercut)
+  // Of a cut in parts.
   Job job_;
-  Placed head_;                            // the head at its pose in the present step of the cut
+  Placed head_;                            // in this step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
-  double margin_ = 0;                      // m, distance from the head within which faces are gathered
-  bool takes_known_ = false;               // true if the faces come from the list of an earlier search (number known_)
+  double margin_ = 0;                      // m from the head
+  bool takes_known_ = false;               // from the list number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
-  Effort left_ = 0;               // computing effort that the present call of work() may still spend
-  std::size_t at_ = 0;            // index of the face or vertex at which the present stage of the cut continues
-  std::size_t looking_away_ = 0;  // number of faces that face away from the head; suspects_ begins with them
-  bool held_ = false;             // true if vertices were moved back in this round of the intersection test
-  int rounds_ = 0;                // number of rounds of the intersection test in this step
-  // true if vertices were moved back in this round of keep_unfolded(), which repairs folded faces
+  Effort left_ = 0;               // effort left in this work()
+  std::size_t at_ = 0;            // face or vertex where the stage goes on
+  std::size_t looking_away_ = 0;  // faces away from the head, first in suspects_
+  bool held_ = false;             // vertices went back in this round
+  int rounds_ = 0;                // rounds in this step
+  // vertices went back in this round of keep_unfolded()
   bool unfold_held_ = false;
-  int unfold_rounds_ = 0;  // number of rounds of keep_unfolded() in this step of the cut
+  int unfold_rounds_ = 0;  // rounds of keep_unfolded() in this step
   CutDone done_;
 };
 
-/// Returns six times the signed volume of the tetrahedron formed by a triangle and a point.
+/// m³ × 6, with a point.
 inline double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& p) noexcept {
   return glm::dot(a - p, glm::cross(b - p, c - p));
 }

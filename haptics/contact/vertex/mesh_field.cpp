@@ -14,12 +14,10 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels, limit of the distance between a sample and the nearest face; the value of a sample is computed from this face
-// only if the distance is smaller
+// voxels to the nearest face, within which it gives the value
 constexpr double kNear = 2.5;
 
-/// The point of a face that is nearest to a given point. `feature` says on which part of the face this nearest point
-/// lies: a corner (0 to 2), an edge (3 to 5) or the interior (6) (Ericson 2005, section 5.1.5).
+/// `feature`: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -50,8 +48,7 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// Returns the pseudonormal at a corner, an edge or the interior of a face (`feature`). A point is outside the mesh if
-/// it lies on the side to which the pseudonormal points (Baerentzen & Aanaes 2005).
+/// Of `feature`; outside is where it points (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -72,18 +69,17 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  // values of the field before the update, with one additional layer of samples on every side of the block
+  // before, with one more layer
   std::array<float, kApron * kApron * kApron> before;
   std::array<float, kEdge * kEdge * kEdge> value;
-  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // side of each sample: -1 inside, 1 outside, 0 unknown
+  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 unknown
 };
 std::size_t at(int x, int y, int z) {
   return static_cast<std::size_t>((x * kEdge + y) * kEdge + z);
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Computes two properties of each sample of the block that is near a face of the mesh (kNear): its side (inside or
-/// outside), and, if a cut has moved the nearest face, its new value.
+/// Near a face (kNear): side, and value if a cut has moved it.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -124,8 +120,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Determines the side (inside or outside) of the samples that are far from all faces: they get the side of a neighbour
-/// whose side is known.
+/// Far from faces: the side of a neighbour.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -148,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Neighbours outside the updated blocks have not changed, so the sign of their old value is still correct.
+      // Outside the blocks nothing changed: the old sign holds.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -174,8 +169,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // The sample was inside the tissue before the cut and is outside now. No face is near, so it gets a positive
-      // limit value instead of a distance.
+      // Inside before, outside now, no face near: a positive limit.
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

@@ -9,9 +9,8 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Returns the index of the bound that the step violates most, or -1 if it violates no bound by more than `tolerance`
-/// (m). If several bounds are violated equally, returns the first of them. `only_no_deeper`: true: if a point is
-/// already inside the head, its bound only prevents a deeper overlap.
+/// Most violated bound, beyond `tolerance` (m), first of equals; -1: none. `only_no_deeper`: points inside only prevent
+/// more.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
   constexpr std::size_t kBatch = 8;
@@ -37,15 +36,14 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// The linear bounds on a step of the head, in the form that the active-set solver needs: as planes. Lengths in metres.
+/// As planes for the active-set solver. m.
 class BoundPlanes {
  public:
   struct Plane {
-    dvec3 n;  // unit direction in which the point pushes the head
+    dvec3 n;  // unit push on the head
     double gap;
   };
-  // Limits below which the solver treats the normals of planes as linearly dependent. They are very small, because
-  // neighbouring vertices of a fine mesh have nearly equal normals.
+  // Linear dependence of normals; very small, because a fine mesh's neighbours nearly agree.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
@@ -58,7 +56,7 @@ class BoundPlanes {
     return glm::dot(plane.n, step) + (only_no_deeper_ ? std::max(plane.gap, 0.0) : plane.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    constexpr double kTolerance = 1e-12;  // m, largest violation of a bound that is ignored
+    constexpr double kTolerance = 1e-12;  // m of violation, ignored
     const int worst = find_worst(bounds_, &step.x, only_no_deeper_, kTolerance);
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }

@@ -1,5 +1,4 @@
-// The part of the contact model "vertex" that runs on the carver thread. It owns the mesh, the strokes for undo, and
-// the distance field that is computed from the mesh.
+// "vertex" on the carver thread: mesh, undo, and the field from it.
 #pragma once
 
 #include <deque>
@@ -16,11 +15,11 @@
 
 namespace typodont::haptics::vertex {
 
-/// A copy of the whole mesh for the servo, with the buffers that are needed to cut it.
+/// For the servo, with cutting buffers.
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the servo's list of samples (VertexModel)
+  std::vector<std::uint32_t> sample_of;  // in VertexModel's samples
 };
 
 struct KeyLess {
@@ -28,11 +27,10 @@ struct KeyLess {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
-/// Blocks of 8³ samples of the distance field. A block is identified by its index along each axis.
+/// 8³ samples; index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// The tissue as a mesh, and the distance field that is computed from the mesh. Carver thread only. A cut changes only
-/// the mesh. The distance field is updated when rasterize() is called.
+/// Carver thread. Cuts change the mesh; rasterize() updates the field.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -57,27 +55,27 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// Returns the volume (m³) of each tissue that was removed by all cuts together, including cuts that were undone.
+  /// m³ per tissue, of all cuts, undone ones too.
   const PerTissue& removed() const { return removed_; }
 
  private:
   struct Stroke {
     mesh::MeshRecord record;
-    PerTissue removed{};   // m³, volume of each tissue that the stroke has removed
-    FieldBlocks blocks;    // blocks of the distance field that the stroke may have changed
-    bool painted = false;  // true: the stroke painted tissue; painting changes only the distance field
+    PerTissue removed{};   // m³ per tissue
+    FieldBlocks blocks;    // possibly changed
+    bool painted = false;  // painting changes the field only
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
 
   TissueVolume volume_;
-  // number of strokes that the volume already contained when this object was constructed; they are not in `done_`
+  // in the volume at construction, not in `done_`
   std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, for each head: wanted length of mesh edges on the surfaces that it cuts
+  std::vector<double> edges_;  // m, target edge per head
   mesh::EditableMesh mesh_;
   SharedLabels labels_;
   MeshCutter cutter_;
@@ -86,12 +84,12 @@ class VertexBody final : public TissueBody {
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
   std::vector<Cut> written_;  // cuts that were made since remember_writes(true) was called
-  // blocks of the distance field that cuts have changed and that must be updated
+  // to be updated
   FieldBlocks unseen_;
-  std::optional<mesh::SurfacePieces> pieces_;  // surface for the renderer; created at the first request
+  std::optional<mesh::SurfacePieces> pieces_;  // for the renderer, from the first request
 };
 
-/// Executes a cut. Servo and carver both call this function, so their meshes stay equal bit by bit.
+/// Servo and carver alike, so bits agree.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

@@ -16,23 +16,22 @@ VertexHead::VertexHead(const Tool& tool)
   if (!ball_) find_flanks(), find_core();
 }
 
-/// Finds a tangent for each piece of the outline that is neither parallel nor perpendicular to the axis: the tangent
-/// has the direction of the straight piece, or of the middle of the arc.
+/// Per oblique piece: the line's direction, or the arc's in its middle.
 void VertexHead::find_flanks() noexcept {
-  constexpr double kInclined = 0.02;  // smallest component of the unit normal of a piece along and across the axis
-  constexpr double kRounding = 1e-7;  // m, larger than the rounding error of the floats in may_be_within()
+  constexpr double kInclined = 0.02;  // component of a piece's normal along and across the axis
+  constexpr double kRounding = 1e-7;  // m, above may_be_within()'s rounding
   const std::span pieces = std::span(field_.pieces).first(static_cast<std::size_t>(field_.count));
   for (const HeadField::Piece& piece : pieces) {
     const double chord = std::hypot(piece.dx, piece.dz);
     if (!(chord > 0)) continue;
-    // Unit normal (ρ, z) of the chord from a to b. It is also the normal at the middle of an arc.
+    // Of chord a–b, and of an arc's middle.
     const double n_rho = piece.dz / chord, n_z = -piece.dx / chord;
     if (n_rho < kInclined || std::abs(n_z) < kInclined) continue;
-    // The largest extent of the outline along this normal, over all pieces.
+    // Over all pieces.
     double extent = -1;
     for (const HeadField::Piece& other : pieces) {
       extent = std::max({extent, n_rho * other.ax + n_z * other.az, n_rho * other.bx + n_z * other.bz});
-      // The arc reaches farther than its ends if the normal points from its centre to a place between the ends.
+      // An arc may reach beyond its ends.
       const bool between = (other.ax - other.cx) * n_z - (other.az - other.cz) * n_rho >= 0 &&
                            n_rho * (other.bz - other.cz) - n_z * (other.bx - other.cx) >= 0;
       if (other.radius > 0 && between) extent = std::max(extent, n_rho * other.cx + n_z * other.cz + other.radius);
@@ -42,12 +41,11 @@ void VertexHead::find_flanks() noexcept {
   }
 }
 
-/// Finds the core (core_low()). A ball around a point of the axis that touches the head's end is inside the head if its
-/// radius is the distance of the point from the surface. The largest such ball is found by bisection.
+/// core_low(). A ball that touches the end is inside if its radius is its centre's depth; largest by bisection.
 void VertexHead::find_core() noexcept {
   constexpr double kTolerance = 1e-9;  // m
   const auto end_of_core = [&](double end, double way) {
-    double inside = 0, outside = 2 * half_;  // radii of two balls: the first one is inside the head
+    double inside = 0, outside = 2 * half_;  // the first is inside the head
     for (int i = 0; i < 50; ++i) {
       const double radius = 0.5 * (inside + outside);
       (distance({0, 0, end + way * radius}) <= kTolerance - radius ? inside : outside) = radius;
@@ -58,9 +56,7 @@ void VertexHead::find_core() noexcept {
   core_low_ = std::min(low, 0.5 * (low + high)), core_high_ = std::max(high, 0.5 * (low + high));
 }
 
-/// Computes the distance from p to the head's surface along the direction `way`, by Newton's method. Along this line,
-/// the signed distance from the head is a convex function. So an iteration that starts outside the head converges to
-/// the surface without overshooting.
+/// Newton: the distance is convex along the line, so from outside it converges without overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
@@ -78,7 +74,7 @@ double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const n
 
 dvec3 VertexHead::as_printed(const dvec3& p) const noexcept {
   const bool round_end = tool_.shape == HeadShape::kRoundEndCylinder;
-  const double low = radius_ - tool_.half();  // m, height of the centre of a round end along the head's axis
+  const double low = radius_ - tool_.half();  // m, of a round end's centre
   if (ball_ || (round_end && p.z < low)) {
     const dvec3 c = ball_ ? dvec3(0) : dvec3(0, 0, low);
     const double length = glm::length(p - c);

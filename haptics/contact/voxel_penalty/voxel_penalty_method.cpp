@@ -10,7 +10,7 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Uses the distance field of the contact model "offset", but a cut removes whole voxels.
+/// The field of "offset", with whole voxels cut.
 class VoxelBody final : public offset::FieldBody {
  public:
   using FieldBody::FieldBody;

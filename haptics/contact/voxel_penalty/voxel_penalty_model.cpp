@@ -13,13 +13,11 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Returns a factor for the springs of the samples. It is needed because the mean depth of the samples is smaller than
-/// the depth of the head: half of it for a ball, nearly all of it for a flat end. The factor is chosen for a head that
-/// is pressed into a flat wall by a quarter of its width: the head then has the scene's stiffness, on average over all
-/// directions. `reach`: distance from the head's centre to its farthest point, in the unit of the samples.
+/// Samples are less deep than the head: half for a ball, nearly all for a flat end. Pressed into a flat wall by a
+/// quarter of its width, the head so has the scene's stiffness, in the mean of directions. `reach`: to the farthest
+/// point, samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth by which the hand presses the head into the wall, divided by the smallest distance between the head's centre
-  // and a sample
+  // depth / least distance of a sample
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -32,8 +30,7 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // Depth of the sample below the wall. The model measures a depth along the sample's own normal; the component of
-      // the measured depth along the wall's normal is equal to the depth below the wall.
+      // Along the sample's normal; its part along the wall's is the depth below it.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
@@ -57,8 +54,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels, upper bound of the distance of a full voxel's corner from its centre (√3/2); farther points are not inside
-  // it
+  // voxels to a corner (√3/2)
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
@@ -85,8 +81,7 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Returns the depth of x inside full voxels along a unit vector, at most `most`. The search steps from voxel to voxel
-/// (Amanatides & Woo 1987).
+/// Along a unit vector, at most `most`; voxel to voxel (Amanatides & Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
   dvec3 next, step;
@@ -107,7 +102,7 @@ double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double m
   return std::min(depth, most);
 }
 
-/// Finds the samples of a head at X_VT (voxels) that are inside full voxels.
+/// At X_VT (voxels), in full voxels.
 void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
   count_ = 0;
   c_ = X_VT.p;
@@ -139,9 +134,8 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Adds the forces of the springs. Each sample pushes along its own normal, in proportion to its depth. The sum is
-/// divided by the number of samples in contact, but at least by `shared_load`, so that the stiffness does not grow with
-/// the number of samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only while the hand approaches.
+/// Along each normal by depth, divided by samples in contact, at least `shared_load`: stiffness does not grow with
+/// samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). Damper on approach only.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -163,8 +157,7 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// First moves the head out of the tissue along the force until it just touches. Then moves it back into the tissue as
-/// far as the energy allows. Removes all voxels whose centres the head covers there.
+/// Out along the force to touch, back in as far as energy allows; voxels whose centres are covered go.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
@@ -173,7 +166,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  // voxels³ × hardness, removed volume of each tissue weighted by its hardness; it determines the cutting energy
+  // voxels³ × hardness, the cut's cost
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;

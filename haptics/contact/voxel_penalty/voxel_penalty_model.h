@@ -1,5 +1,4 @@
-// The part of the contact model "voxel_penalty" that runs on the servo thread. It has no proxy: the force comes from
-// springs on samples of the head's surface (README.md).
+// "voxel_penalty" on the servo thread: no proxy, springs on samples (README.md).
 #pragma once
 
 #include <vector>
@@ -9,11 +8,10 @@
 
 namespace typodont::haptics::voxel_penalty {
 
-/// The contact model "voxel_penalty" on the servo thread. Lengths are in voxels unless a unit is given. A voxel is full
-/// if its centre is inside the surface.
+/// Voxels unless stated. Full: centre inside.
 class VoxelPenaltyModel final : public PatchModel {
  public:
-  /// Throws Error for a filling instrument, because this model can only remove voxels.
+  /// Throws Error for a filling instrument.
   VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
 
   double clearance(const Pose& X_WG) noexcept override;
@@ -28,17 +26,17 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // samples on the head's surface; the positions p_TQ are in voxels
+    std::vector<HeadSample> samples;  // p_TQ in voxels
     double reach;
-    // factor on the samples' springs; with it, the whole head has the stiffness that the scene states
+    // on the springs, for the scene's stiffness
     double spring_scale = 1;
   };
   struct Touching {
-    dvec3 x, n;       // position of the sample in voxels, and outward unit normal of the head there
+    dvec3 x, n;       // voxels; outward unit normal
     double depth;     // voxels, depth of the sample inside full voxels
-    double area;      // m², area of the head that the sample represents
+    double area;      // m² of the head
     Tissue tissue;    // tissue of the voxel that contains the sample
-    double hardness;  // 0..1, hardness of the voxel that contains the sample
+    double hardness;  // 0..1, of its voxel
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }
@@ -53,9 +51,9 @@ class VoxelPenaltyModel final : public PatchModel {
   Parameters parameters_;
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;
-  std::vector<Touching> touching_;  // contacts of this tick; memory is allocated at set-up
+  std::vector<Touching> touching_;  // allocated at set-up
   std::size_t count_ = 0;
-  dvec3 c_{0};  // voxels, position of the head's centre in this tick, in the voxel frame V
+  dvec3 c_{0};  // voxels, V, this tick
 };
 
 }  // namespace typodont::haptics::voxel_penalty
