@@ -2,7 +2,7 @@ typodont_test(unit_app_surroundings KIND unit SOURCES unit/app_surroundings_test
 typodont_test(unit_app_looks KIND unit SOURCES unit/app_looks_test.cpp unit/app_handpiece_test.cpp unit/app_hud_test.cpp unit/color_vision_test.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp acceptance/app_bad_input_test.cpp
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_soft_gum_test.cpp acceptance/app_expert_test.cpp acceptance/app_live_expert_test.cpp
-              acceptance/app_files_test.cpp acceptance/app_options_test.cpp acceptance/app_bench_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
+              acceptance/app_files_test.cpp acceptance/app_options_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
               LIBS typodont_app)
 typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session hdf5::hdf5)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
@@ -50,10 +50,10 @@ typodont_test(unit_app_mouse KIND unit SOURCES unit/app_mouse_hand_test.cpp supp
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp unit/app_mirror_fog_test.cpp LIBS typodont_app)
 typodont_test(unit_experiment KIND unit SOURCES unit/experiment_test.cpp LIBS typodont_app)
 typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS typodont_app)
-typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp LIBS typodont_app)
+typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp support/constant_push.cpp LIBS typodont_app)
 typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp LIBS typodont_app)
 typodont_test(unit_app_crown_ideal KIND unit SOURCES unit/app_crown_ideal_test.cpp LIBS typodont_app)
-typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp stress/faults_test.cpp LIBS typodont_app)
+typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp support/carver_stalls.cpp stress/faults_test.cpp LIBS typodont_app)
 typodont_test(unit_state_stream KIND unit SOURCES unit/state_stream_test.cpp LIBS typodont_app nlohmann_json::nlohmann_json)
 if(LIBLO_FOUND)
   target_compile_definitions(unit_state_stream PRIVATE TYPODONT_LIBLO)

@@ -5,7 +5,6 @@ typodont_test(unit_audio KIND unit
 typodont_test(property_audio KIND property SOURCES property/audio_test.cpp LIBS typodont_audio)
 typodont_test(golden_audio KIND golden SOURCES golden/audio_test.cpp LIBS typodont_audio)
 typodont_test(stress_audio KIND stress SOURCES stress/audio_test.cpp LIBS typodont_audio)
-typodont_test(bench_audio KIND bench SOURCES bench/audio_bench.cpp LIBS typodont_audio)
 typodont_test(acceptance_audio KIND acceptance SOURCES acceptance/audio_sound_command_test.cpp LIBS typodont_audio typodont_render)
 target_compile_definitions(acceptance_audio PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_audio typodont)

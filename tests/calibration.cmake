@@ -6,7 +6,6 @@ typodont_test(property_calibration KIND property
           property/calibration_camera_test.cpp property/calibration_hand_eye_test.cpp
   LIBS typodont_calibration Eigen3::Eigen)
 typodont_test(acceptance_calibration KIND acceptance SOURCES acceptance/calibration_routine_test.cpp LIBS typodont_calibration)
-typodont_test(bench_calibration KIND bench SOURCES bench/calibration_bench_test.cpp LIBS typodont_calibration)
 typodont_test(stress_calibration KIND stress SOURCES stress/calibration_parsers_test.cpp LIBS typodont_calibration)
 # Tests of guided capture through the command line.
 typodont_test(acceptance_calibration_guide KIND acceptance SOURCES acceptance/calibration_guide_test.cpp LIBS typodont_calibration)

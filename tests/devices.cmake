@@ -2,7 +2,6 @@
 add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp
             support/emulation/live_board.cpp)
 target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json util)
-typodont_test(bench_devices KIND bench SOURCES bench/device_bench.cpp LIBS typodont_devices fmt::fmt)
 typodont_test(stress_devices KIND stress SOURCES stress/device_faults_test.cpp stress/device_attacks_test.cpp LIBS typodont_devices typodont_device_emulation)
 typodont_test(unit_devices KIND unit
   SOURCES unit/device_arm_test.cpp unit/device_protocols_test.cpp unit/device_safety_test.cpp

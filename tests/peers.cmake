@@ -1,7 +1,7 @@
 # Programs of others beside ours (tests/peers/README.md), where they are installed.
 function(typodont_add_peer name)
   add_executable(peers_${name} peers/${name}.cpp peers/peer.cpp)
-  target_link_libraries(peers_${name} PRIVATE typodont_options typodont_haptics)
+  target_link_libraries(peers_${name} PRIVATE typodont_test_tissues)
   set_target_properties(peers_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
 endfunction()
 

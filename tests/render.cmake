@@ -1,4 +1,4 @@
-add_library(typodont_test_stage STATIC support/stage.cpp support/tooth_mesh.cpp)
+add_library(typodont_test_stage STATIC support/stage.cpp support/picture_difference.cpp support/tooth_mesh.cpp)
 target_link_libraries(typodont_test_stage PUBLIC typodont_render typodont_display ${CMAKE_DL_LIBS})
 
 typodont_test(unit_display KIND unit SOURCES unit/display_rig_test.cpp unit/display_rig_plan_test.cpp unit/display_composer_test.cpp unit/display_button_queue_test.cpp unit/head_tracker_test.cpp LIBS typodont_display)
@@ -16,7 +16,6 @@ if(TYPODONT_WINDOW)
   typodont_test(acceptance_display KIND acceptance SOURCES acceptance/display_window_test.cpp LIBS typodont_test_stage
                 WINDOW)
 endif()
-typodont_test(bench_render KIND bench SOURCES bench/render_bench.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(acceptance_render KIND acceptance SOURCES acceptance/render_command_test.cpp LIBS typodont_test_stage)
 target_compile_definitions(acceptance_render PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_render typodont)

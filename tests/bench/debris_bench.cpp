@@ -1,37 +1,108 @@
-// Prints the rows of the benchmark. Checks only ratios of medians.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
+// A step of all chips, against one pass through their memory, and a step of water.
+#include "engine/base/units.h"
+#include "engine/debris/debris.h"
+#include "engine/debris/film.h"
+#include "engine/debris/spray.h"
+#include "tests/bench/bench.h"
 
-#include "engine/debris/bench.h"
+namespace typodont::bench {
 
-namespace typodont::debris {
 namespace {
 
-TEST(DebrisBench, AHundredThousandParticlesTakeAtMostTwiceTheTimeOfTheirMemoryAccess) {
-  // Uses the best of three runs, because other work on the machine can only make a run slower.
-  std::vector<BenchRow> rows = bench_debris({});
-  for (int i = 0; i < 2; ++i) {
-    const std::vector<BenchRow> again = bench_debris({});
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (again[k].ratio < rows[k].ratio) rows[k] = again[k];
-    }
+using namespace debris;
+
+/// The distance field of a ball of 5 mm.
+struct BallField {
+  std::vector<float> samples;
+  CoarseField field;
+  BallField(int n, double spacing) {
+    field.spacing = spacing;
+    field.origin = glm::dvec3(-spacing * (n - 1) / 2);
+    field.size = glm::ivec3(n);
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z)
+          samples.push_back(static_cast<float>(glm::length(field.origin + spacing * glm::dvec3(x, y, z)) - 5e-3));
+    field.distance = samples.data();
   }
-  for (const BenchRow& r : rows) {
-    fmt::print("{:<20}{:<20}{:>10.2f} us  ratio {:.3f} of {}\n", r.name, r.knob, r.time_ns * 1e-3, r.ratio, r.baseline);
+};
+
+MaterialTable materials() {
+  MaterialTable table{};
+  for (Material& material : table) material.density = 2900;
+  return table;
+}
+
+std::size_t particles() {
+  return smoke() ? 2000 : 100'000;
+}
+
+/// Reads and writes the positions and velocities of all chips once, ns.
+double memory_pass() {
+  std::vector<float> a[7];
+  for (auto& array : a) array.assign(particles(), 1.0f);
+  return measure(smoke() ? 3 : 500,
+                 [&] {
+                   for (int k = 0; k < 3; ++k) {
+                     float *const x = a[k].data(), *const v = a[3 + k].data(), *const keep = a[6].data();
+                     for (std::size_t i = 0; i < particles(); ++i) v[i] += keep[i], x[i] += v[i];
+                   }
+                 })
+      .median;
+}
+
+/// `before`: steps after the last chip was made.
+void chips(benchmark::State& state, int before, const Suction* suction, double limit) {
+  const BallField ball(81, 5e-4);
+  Debris debris({.capacity = particles(), .lifetime = 1e6});
+  for (std::uint64_t i = 1; debris.alive() < particles(); ++i) {
+    Cut cut;
+    cut.index = i;
+    cut.removed[static_cast<int>(Tissue::kEnamel)] = 32e-12;
+    cut.X_WA.p = cut.X_WB.p = {0, 0, 5.4e-3};
+    cut.n_C_W = {0, 0, 1};
+    cut.spindle = 300 * kKrpm;
+    debris.emit(cut, 0.6e-3, materials());
+    if (i % 4 == 0) debris.step(1.0 / 250, ball.field);
   }
-  ASSERT_EQ(rows.size(), 9u);
-  EXPECT_EQ(rows[1].name, "step");
-  EXPECT_EQ(rows[3].name, "step with suction");
-  EXPECT_LT(rows[1].ratio, 2);
-  // ratio: 1.8 on an idle machine; it would be 4.1 if every particle in the air flow were updated
-  EXPECT_LT(rows[3].ratio, 3);
-  EXPECT_EQ(rows[4].name, "none alive");
-  EXPECT_LT(rows[4].ratio, 0.03);
-  for (std::size_t k = 5; k < rows.size(); ++k) {
-    EXPECT_TRUE(rows[k].name.starts_with("spray of")) << rows[k].name;
-    EXPECT_LT(rows[k].time_ns, 5e6) << "a sixth of a picture's time";
+  for (int i = 0; i < before; ++i) debris.step(1.0 / 250, ball.field, suction);
+  double ratio = 1e9, ns = 1e9;
+  for (int run = 0; run < runs(); ++run) {
+    const double step = measure(smoke() ? 3 : 300, [&] { debris.step(1.0 / 250, ball.field, suction); }).median;
+    ns = std::min(ns, step), ratio = std::min(ratio, step / memory_pass());
   }
+  set_time(state, ns);
+  state.counters["memory_passes"] = ratio;
+  require_time(ratio < limit, fmt::format("a step takes at most {:g} passes through the memory", limit));
+}
+
+/// Droplets and film of a spray on a wet ball, in a frame of 1/30 s. `flow`: m³/s.
+void water(benchmark::State& state, double flow) {
+  const BallField ball(41, 3e-4);
+  Film film(ball.field, materials());
+  Spray spray({.flow = flow, .count = 4});
+  SpraySource source;
+  source.X_WT.p = {0, 0, 5.4e-3};
+  source.head_radius = source.head_half = 0.6e-3;
+  source.spindle = 300 * kKrpm;
+  source.water = 1;
+  const auto step = [&] { spray.step(1.0 / 30, &source, ball.field, film), film.step(1.0 / 30); };
+  for (int i = 0; i < (smoke() ? 5 : 60); ++i) step();
+  const double ns = measure(smoke() ? 3 : 100, step).median;
+  set_time(state, ns);
+  state.counters["wet_cells"] = static_cast<double>(film.loaded());
+  require_time(ns < 5e6, "water takes at most a sixth of a picture's time");
 }
 
 }  // namespace
-}  // namespace typodont::debris
+
+void add_cases() {
+  static const Suction suction{{0.01, 0.01, 0.012}, 5e-3, 4e-3};
+  add("100,000 chips/one second old", [](benchmark::State& state) { chips(state, smoke() ? 2 : 250, nullptr, 2.5); });
+  add("100,000 chips/while drilling", [](benchmark::State& state) { chips(state, 0, nullptr, 20); });
+  add("100,000 chips/with suction", [](benchmark::State& state) { chips(state, smoke() ? 2 : 250, &suction, 3); });
+  add("spray and film/50 ml per min", [](benchmark::State& state) { water(state, 50e-6 / 60); });
+  add("spray and film/15 ml per min", [](benchmark::State& state) { water(state, 15e-6 / 60); });
+}
+
+}  // namespace typodont::bench

@@ -4,14 +4,12 @@
 
 #include <vector>
 
-#include "engine/app/bench/carver_stalls.h"
 #include "engine/contract/contact.h"
 #include "tests/support/campaign.h"
+#include "tests/support/carver_stalls.h"
 
-namespace typodont {
+namespace typodont::test {
 namespace {
-
-using test::campaign;
 
 class CarverStall : public testing::TestWithParam<StallGesture> {};
 
@@ -45,4 +43,4 @@ INSTANTIATE_TEST_SUITE_P(Gestures, CarverStall, testing::ValuesIn(kStallGestures
 });
 
 }  // namespace
-}  // namespace typodont
+}  // namespace typodont::test

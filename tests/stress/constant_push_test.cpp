@@ -1,8 +1,8 @@
 // Tests hands that push every shipped rotary tool with a constant force into the molar with caries. From the first
 // touch on, the force on the hand must change in each tick at 1 kHz by less than 0.02 N, or by less than the effect of
-// the hand's own displacement in this tick on the coupling's spring. ./run stress makes the test long; `typodont bench
-// push` measures 2,000 hands.
-#include "engine/app/bench/constant_push.h"
+// the hand's own displacement in this tick on the coupling's spring. ./run stress makes the test long; bench_push
+// measures 2,000 hands.
+#include "tests/support/constant_push.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 #include "tests/support/campaign.h"
 
-namespace typodont {
+namespace typodont::test {
 namespace {
 
 TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
@@ -20,7 +20,7 @@ TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   // number of hands that never had to be led out of tissue. (Leading out may give energy to the hand, so the test
   // cannot check the energy of the other hands.)
   int audited = 0;
-  for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(test::campaign(24)); ++seed) {
+  for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(campaign(24)); ++seed) {
     const PushHand hand = random_push(tools, seed);
     const PushResult felt = simulate_push(hand, tissue);
     const ForceStep& step = felt.any.beyond_spring;
@@ -52,4 +52,4 @@ TEST(ConstantPush, AnImplantDrillThatBouncesLandsWithoutAForceStep) {
 }
 
 }  // namespace
-}  // namespace typodont
+}  // namespace typodont::test

@@ -5,7 +5,7 @@
 #include <array>
 #include <glm/glm.hpp>
 
-#include "engine/render/picture_difference.h"
+#include "tests/support/picture_difference.h"
 #include "engine/render/srgb.h"
 
 namespace typodont::test {

@@ -1,4 +1,4 @@
-// Functions for the hostile tests of all contact models: these pass invalid input (haptics/bench/wanderer.h) to a
+// Functions for the hostile tests of all contact models: these pass invalid input (erratic_hand.h) to a
 // bench, and check conditions that must hold in every tick.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <random>
 
 #include "engine/base/units.h"
-#include "haptics/bench/wanderer.h"
+#include "tests/support/erratic_hand.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont::test {
@@ -17,9 +17,6 @@ namespace typodont::test {
 /// Limits of force and torque for the hostile tests.
 constexpr double kHostileForceLimit = 8, kHostileTorqueLimit = 0.5;  // N, N·m
 constexpr int kHostileRound = 4000;
-
-using haptics::bench::ErraticHand;
-using haptics::bench::InvalidInput;
 
 /// Corrupts one tick in 50. If `undoes` is true, it sometimes also undoes a stroke.
 inline void spoil(InvalidInput& nonsense, bool undoes, HapticBench& bench, ErraticHand& hand, Pose& X, double& pedal) {

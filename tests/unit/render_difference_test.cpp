@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "engine/render/picture_difference.h"
+#include "tests/support/picture_difference.h"
 
 namespace typodont::render {
 namespace {

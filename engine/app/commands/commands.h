@@ -9,7 +9,6 @@ class Command;
 
 // Each function adds a command to `program`. When the command runs, it prints results on standard output and messages
 // on standard error. It throws Error (exit status 2) or RunFailure (exit status 1).
-void add_bench_command(cli::Command& program);
 void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);
 void add_devices_command(cli::Command& program);

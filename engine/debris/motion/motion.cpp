@@ -56,19 +56,6 @@ void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-TYPODONT_VERSIONS
-void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
-                float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    vx[i] += keep[i];
-    vy[i] += keep[i];
-    vz[i] += keep[i];
-    x[i] += vx[i];
-    y[i] += vy[i];
-    z[i] += vz[i];
-  }
-}
-
 // C_d / Stokes drag, C_d = 24/Re (1 + 0.15 Re^0.687) below Re 1000 (Schiller & Naumann 1933).
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
@@ -88,10 +75,6 @@ struct DragTable {
 };
 
 }  // namespace
-
-void copy_through(const Motion& m, std::size_t count) noexcept {
-  copy_block(m.x, m.y, m.z, m.vx, m.vy, m.vz, m.keep, count);
-}
 
 void move(const Motion& m, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept {
   const std::size_t i = first, n = last - first;

@@ -25,9 +25,6 @@ struct Surroundings {
 /// Particles first … last−1, semi-implicit: v ← keep·(v + g·dt) + (1 − keep)·air, p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
-/// Lower bound of move(): the same memory, almost no arithmetic.
-void copy_through(const Motion& motion, std::size_t count) noexcept;
-
 /// m/s at `distance` (m) during a step.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 

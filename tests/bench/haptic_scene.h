@@ -1,0 +1,81 @@
+// Solids, heads and hands that several benchmarks of the haptics use.
+#pragma once
+
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "haptics/solid.h"
+#include "tests/bench/bench.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont::bench {
+
+inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
+inline constexpr std::string_view kBlock = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
+inline constexpr double kBallRadius = 4e-3, kBlockTop = 2e-3;  // m
+inline constexpr double kSpecificEnergy = 8e9;                 // J/m³
+
+inline haptics::DenseTissue tissue(std::string_view solids, double voxel_mm) {
+  return haptics::read_solids(
+      Json::parse(fmt::format(R"({{"voxel_mm": {:g}, "solids": {}}})", voxel_mm, solids), "bench"));
+}
+
+inline haptics::Tool head(haptics::HeadShape shape, double diameter, double length) {
+  haptics::Tool tool;
+  tool.shape = shape, tool.diameter = diameter, tool.length = length;
+  return tool;
+}
+inline haptics::Tool round_head(double diameter) {
+  return head(haptics::HeadShape::kSphere, diameter, diameter);
+}
+
+inline MaterialTable even_materials() {
+  MaterialTable table;
+  table.fill({1000, kSpecificEnergy, 0.2, 0.15, 2150, dvec3(0.8)});
+  return table;
+}
+
+/// Servo and carver in lock-step; all tissues have the same material.
+inline test::HapticBench scene_of(haptics::TissueVolume tissue, const haptics::ServoSettings& settings) {
+  return {std::move(tissue), settings, even_materials()};
+}
+
+inline double degrees_between(const dvec3& a, const dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
+}
+
+/// Returns the servo's CPU times of `count` ticks, ns. `hand(i, last tick)` returns the pose of the tool.
+template <class Hand>
+std::vector<double> servo_times(test::HapticBench& scene, double pedal, int count, Hand&& hand) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    scene.tick(hand(i, scene.last), pedal);
+    times.push_back(static_cast<double>(scene.last.cpu_time));
+  }
+  return times;
+}
+
+/// The hand of a trainee that drills a block: a mass of 0.15 kg that presses with 1 N, swings the bur through the
+/// tissue by ±1.5 mm at 1 Hz, tilts it by up to 10° and trembles at 9 Hz.
+class TraineeHand {
+ public:
+  explicit TraineeHand(const haptics::Tool& tool) : x_(0, 0, kBlockTop + tool.half() + 2e-5) {}
+  Pose next(const dvec3& force, double dt) {
+    const double tremor = 5e-5 * std::sin(2 * kPi * 9 * t_);
+    const dvec3 goal(1.5e-3 * std::sin(2 * kPi * t_) + tremor, 0.7e-3 * std::sin(2 * kPi * 0.63 * t_), 0);
+    const dvec3 pull(2000 * (goal.x - x_.x), 2000 * (goal.y - x_.y), -1 + 2000 * tremor);
+    v_ += dt * (pull - 5.0 * v_ + force) / 0.15;
+    x_ += dt * v_;
+    t_ += dt;
+    return {x_, glm::angleAxis(10 * kDegree * std::sin(2 * kPi * 0.4 * t_), dvec3(0.6, 0.8, 0))};
+  }
+
+ private:
+  dvec3 x_, v_{0};
+  double t_ = 0;
+};
+
+}  // namespace typodont::bench

@@ -1,0 +1,42 @@
+// Force steps of hands that push every turning tool into the molar with a constant force (docs/passivity.md).
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "tests/bench/bench.h"
+#include "tests/support/constant_push.h"
+
+namespace typodont::bench {
+
+void add_cases() {
+  const std::uint32_t hands = smoke() ? 4 : 2000;
+  add(fmt::format("{} hands", hands), [=](benchmark::State& state) {
+    const auto tools = test::turning_tools();
+    const haptics::TissueVolume tissue = test::pushed_tissue();
+    std::vector<test::PushResult> results(hands);
+    std::atomic<std::uint32_t> next{0};
+    std::vector<std::future<void>> workers;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+      workers.push_back(std::async(std::launch::async, [&] {
+        for (std::uint32_t seed; (seed = next++) < hands;)
+          results[seed] = test::simulate_push(test::random_push(tools, seed), tissue);
+      }));
+    for (auto& worker : workers) worker.get();
+    double beyond = 0, excess = 0, largest = 0, later = 0, energy = 0;
+    for (const test::PushResult& felt : results) {
+      beyond += felt.any.over > 0;
+      excess = std::max(excess, felt.any.over);
+      largest = std::max(largest, felt.any.largest.size);
+      later += felt.after_landing.largest.size > test::kPushStep;
+      energy = std::max(energy, -felt.least_energy);
+    }
+    state.counters["hands_beyond_motion"] = beyond;
+    state.counters["excess_N"] = excess;
+    state.counters["largest_step_N"] = largest;
+    state.counters["hands_with_step_after_landing"] = later;
+    state.counters["energy_uJ"] = 1e6 * energy;
+    require(beyond == 0, "no hand feels a step beyond its own motion");
+  });
+}
+
+}  // namespace typodont::bench
