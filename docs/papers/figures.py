@@ -117,16 +117,18 @@ def vertex_filter(program):
 
 
 def packing_rate(_):
-    """The rows of `typodont bench packing` on the page docs/performance.md."""
+    """The rows of bench_methods in docs/performance/rows.csv."""
     with open(HERE.parent / "performance/rows.csv") as table:
-        rows = [r for r in csv.DictReader(line for line in table if not line.startswith("#")) if r["part"] == "packing"]
+        rows = {(r["case"], r["measure"]): float(r["value"])
+                for r in csv.DictReader(line for line in table if not line.startswith("#"))}
     drawing = Drawing("thousand spheres")
-    for title, cases in (("a round bur of 1.2 mm cuts", ("cutting tick, median", "cutting tick, 99.9 %")),
-                         ("a reamer of 44 mm cuts", ("reaming tick, mean", "reaming tick, 99.9 %"))):
+    for title, case, measures in (("a round bur of 1.2 mm cuts", "cut a ball", ("time_ns", "slow_ns")),
+                                  ("a reamer of 44 mm cuts", "ream a socket", ("mean_ns", "slow_ns"))):
         curves = []
-        for case in cases:
-            ticks = [r for r in rows if r["case"] == case]
-            curves.append((case.split(", ")[1], [(float(r["size"]) / 1e3, 1e6 / float(r["time_ns"])) for r in ticks]))
+        for measure in measures:
+            ticks = [(n, rows["methods/packing/%d spheres/%s" % (n, case), measure]) for n in (10_000, 36_000, 300_000)]
+            curves.append(({"time_ns": "median", "mean_ns": "mean", "slow_ns": "99.9 %"}[measure],
+                           [(n / 1e3, 1e6 / ns) for n, ns in ticks]))
             print("packing_rate:", case, ", ".join("%.0fk spheres %.1f kHz" % p for p in curves[-1][1]))
         drawing.panel(title + ": ticks a second on one core (the paper: 1 kHz on average below 300,000 spheres, on two GPUs)",
                       "kHz", curves, points=True)

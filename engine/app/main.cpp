@@ -66,7 +66,7 @@ static int run_program(int argc, char** argv) {
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
-  // Only the first word on the command line names a command. So `bench render` runs `bench` with the argument "render".
+  // Only the first word names a command; a later word may be an argument with the name of a command.
   program.expect_commands(0, 1);
   add_demo_command(program);
   add_servo_command(program);

@@ -397,7 +397,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // bytes per voxel (typodont bench import): whole scan; body's box; blocks while segmented, kept, placed on another
+    // bytes per voxel (./run bench import): whole scan; body's box; blocks while segmented, kept, placed on another
     // grid; result; fixed bytes
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;

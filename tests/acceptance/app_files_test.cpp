@@ -89,7 +89,6 @@ TEST_F(FilesOfCommands, NoCommandOverwritesItsInput) {
       {"import {}/tooth.vdb --out {}/tooth.vdb", "tooth.vdb"},
       {"plan {}/tooth.vdb --out {}/tooth.json", "tooth.vdb"},
       {"plan {}/scene.json --out {}/scene.json", "scene.json"},
-      {"bench sound --quick --page {}/scene.md", "scene.json"},
       {"calibrate register --pairs {}/pairs.csv --out {}/pairs.csv", "pairs.csv"},
       {"calibrate register --pairs {}/pairs.csv --out {}/pairs.json", "pairs.csv"}};
   for (const auto& [command, read] : commands) {
@@ -112,7 +111,6 @@ TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherTypeOrAcceptsAnUnknownExt
       {"servo {}/scene.json --hand {}/hand.csv --out {}/notes.csv", "a file of another kind"},
       {"report {}/s.h5 --out {}/notes.html", "a file of another kind"},
       {"run {}/scene.json --hand script:{}/hand.csv --audio none: --record {}/notes.h5", "a file of another kind"},
-      {"bench sound --quick --page {}/notes.html", "the name of a page (.md)"},
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x.txt", "a table (.csv) or a session (.h5)"},
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x", "a table (.csv) or a session (.h5)"},
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x.csv --save {}/x.h5", "a tissue volume (.vdb)"},

@@ -1,6 +1,7 @@
 // Contact models on large tissues: packings and meshes of growing size, cavities, and the phases of implant surgery.
 #include <map>
 #include <memory>
+#include <numeric>
 #include <random>
 
 #include "engine/app/assets.h"
@@ -91,6 +92,27 @@ void pack_cut(benchmark::State& state, std::size_t spheres) {
               return Pose{(kPacked + kHead + 0.1e-3 - deep) *
                           dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle))};
             }));
+}
+
+/// A reamer of 44 mm, pressed into a socket of bone with 180 N by a hand of 3 kg.
+void ream(benchmark::State& state, std::size_t spheres) {
+  const TissueVolume socket(haptics::read_solids(Json::parse(
+      R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"difference": [
+          {"box": {"size_mm": [56, 56, 32]}}, {"sphere": {"center_mm": [0, 0, 16], "radius_mm": 22.5}}]}}]})",
+      "bench")));
+  auto settings = settings_for(fmt::format(R"({{"packing": {{"spheres": {}}}}})", spheres), round_head(44e-3));
+  settings.spindle.free_speed = 0.3 * kKrpm;
+  settings.stiffness = 60e3, settings.damping = 20, settings.force_limit = 250, settings.torque_limit = 10;
+  MaterialTable bone;
+  bone.fill({1000, 0.4e9, 0.2, 0.15, 2150, dvec3(0.8)});
+  HapticBench scene(socket.clone(), settings, bone);
+  dvec3 x(0, 0, 16.5e-3), v(0);
+  const std::vector<double> times = servo_times(scene, 1, smoke() ? 300 : 5000, [&](int, const ServoTick& last) {
+    v += 1e-3 * (dvec3(-20e3 * x.x, -20e3 * x.y, -180) - 1000.0 * v + last.f_T_W) / 3.0;
+    return Pose{x += 1e-3 * v};
+  });
+  set_times(state, times);
+  state.counters["mean_ns"] = std::accumulate(times.begin(), times.end(), 0.0) / static_cast<double>(times.size());
 }
 
 // ---- Meshes of the dental arch with n vertices.
@@ -212,11 +234,13 @@ void implant(benchmark::State& state, const Phase& phase) {
 }  // namespace
 
 void add_cases() {
-  for (const std::size_t n : smoke() ? std::vector<std::size_t>{2000} : std::vector<std::size_t>{10'000, 36'000}) {
+  for (const std::size_t n :
+       smoke() ? std::vector<std::size_t>{2000} : std::vector<std::size_t>{10'000, 36'000, 300'000}) {
     const std::string of = fmt::format("packing/{} spheres/", n);
     add(of + "fill a ball", [=](auto& state) { pack(state, n); });
     add(of + "direction of the surface", [=](auto& state) { pack_normal(state, n); });
     add(of + "cut a ball", [=](auto& state) { pack_cut(state, n); });
+    add(of + "ream a socket", [=](auto& state) { ream(state, n); });
   }
   const std::vector<std::size_t> sizes =
       smoke() ? std::vector<std::size_t>{7'000} : std::vector<std::size_t>{13'000, 53'000, 212'000};

@@ -1,7 +1,7 @@
-// The sliding and drilling tests of `typodont bench models` with CHAI3D's finger proxy (cAlgorithmFingerProxy, 3.3.0).
+// The sliding and drilling tests of bench_models with CHAI3D's finger proxy (cAlgorithmFingerProxy, 3.3.0).
 // CHAI3D gets the tissue in two forms: as the triangles of our fields, and as voxels (cVoxelObject). The radius of its
 // proxy is the radius of the ball. Only voxels can be drilled. As in CHAI3D's example "28-voxel-basic", the voxel in
-// contact becomes transparent, one in each tick. Prints rows in the format of `typodont bench --out`.
+// contact becomes transparent, one in each tick. Prints the results as CSV.
 #include <chai3d.h>
 #include <fmt/format.h>
 
@@ -14,10 +14,10 @@
 namespace {
 
 using namespace typodont;
-using haptics::bench::kProbeRadius;
-using haptics::bench::ModelTissue;
 using peers::Peer;
 using peers::PeerTick;
+using test::kProbeRadius;
+using test::ModelTissue;
 
 /// CHAI3D's tolerances assume numbers near one, so its world is in millimetres.
 chai3d::cVector3d in_mm(const dvec3& p) {
@@ -121,8 +121,8 @@ class Voxels : public FingerProxy {
 
 int main() {
   peers::print_header();
-  for (const ModelTissue& tissue : haptics::bench::analytic_tissues()) {
-    const haptics::bench::Course course = peers::slide_course(tissue);
+  for (const ModelTissue& tissue : test::analytic_tissues()) {
+    const test::Course course = peers::slide_course(tissue);
     for (const double voxel_mm : {0.2, 0.1, 0.05}) {
       const haptics::TissueVolume volume = tissue.make(voxel_mm);
       const haptics::TissueMesh surface = haptics::surface_mesh(volume);

@@ -6,16 +6,15 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/app/bench/stored_rows.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
-#include "haptics/bench/scene.h"
+#include "tests/support/haptic_bench.h"
 
 namespace typodont::peers {
 
-using haptics::bench::Course;
-using haptics::bench::kProbeRadius;
-using haptics::bench::ModelTissue;
+using test::Course;
+using test::kProbeRadius;
+using test::ModelTissue;
 
 namespace {
 
@@ -28,57 +27,59 @@ constexpr std::size_t kDrillTicks = 600;
 constexpr double kPress = 1;       // N, force with which the drilling hand presses
 constexpr double kGrid = 0.02e-3;  // m, spacing of the grid with which a swept volume is measured
 
-/// Prints the rows of one test of one model.
+/// Prints the results of one test of one model.
 class Rows {
  public:
-  Rows(const ModelTissue& tissue, const char* motion, const PeerModel& model)
-      : case_(fmt::format("{}, {}, {}", tissue.name, motion, model.name)), knob_(model.knob) {}
-  void error(const char* measure, double error, const char* unit, double ns) const {
-    fmt::print("models,\"{}: {}\",{},{:.6g},\"{}\",{:.6g},tick,,,,\n", case_, measure, knob_, error, unit, ns);
-  }
-  /// Prints the row of the 99.9 % quantile and returns the median of the ticks' times (ns).
-  double times(std::vector<double> times) const {
-    times.erase(times.begin(), times.begin() + kSettled);
-    fmt::print("models,\"{}: tick, 99.9 %\",{},,,{:.6g},tick,,,,\n", case_, knob_, quantile(times, 0.999));
-    return quantile(times, 0.5);
+  Rows(const char* motion, const ModelTissue& tissue, const PeerModel& model)
+      : case_(fmt::format("{}/{}/{}/{}", motion, tissue.name, model.name, model.knob)) {}
+  void add(const char* measure, double value) const { fmt::print("{},{},{:.6g}\n", case_, measure, value); }
+  void times(std::vector<double> ns) const {
+    ns.erase(ns.begin(), ns.begin() + kSettled);
+    add("time_ns", quantile(ns, 0.5));
+    add("slow_ns", quantile(ns, 0.999));
   }
 
  private:
-  std::string case_, knob_;
+  std::string case_;
 };
 
 /// Typodont's default contact model; servo and carver run in lock-step. The time of a tick is the servo's.
 class DefaultPeer : public Peer {
  public:
   DefaultPeer(const ModelTissue& tissue, double voxel_mm, bool drills)
-      : scene_(tissue.make(voxel_mm), settings(drills)) {}
+      : scene_(tissue.make(voxel_mm), settings(drills), materials()) {}
   PeerTick tick(const dvec3& hand, bool drills) override {
-    const std::uint64_t cuts = scene_.last.cuts;
-    const double ns = scene_.tick({hand}, drills ? 1 : 0);
-    PeerTick tick{
-        .force = drills ? scene_.last.f_T_W : scene_.last.f_model_W, .ball = scene_.last.X_WG.p, .cpu_ns = ns};
-    if (scene_.last.cuts > cuts) tick.cut = std::pair(scene_.cut.X_WA.p, scene_.cut.X_WB.p);
+    scene_.tick({hand}, drills ? 1 : 0);
+    PeerTick tick{.force = drills ? scene_.last.f_T_W : scene_.last.f_model_W,
+                  .ball = scene_.last.X_WG.p,
+                  .cpu_ns = static_cast<double>(scene_.last.cpu_time)};
+    if (scene_.did_cut) tick.cut = std::pair(scene_.cut.X_WA.p, scene_.cut.X_WB.p);
     return tick;
   }
   double volume() const override { return total(scene_.carver.volume().volumes()); }
 
  private:
+  static MaterialTable materials() {
+    MaterialTable table;
+    table.fill({kStiffness, 8e9, 0.2, 0.15, 2150, dvec3(0.8)});
+    return table;
+  }
   static haptics::ServoSettings settings(bool drills) {
     haptics::ServoSettings settings;
-    settings.tool = haptics::bench::head(haptics::HeadShape::kSphere, 2 * kProbeRadius, 2 * kProbeRadius);
+    settings.tool.diameter = settings.tool.length = 2 * kProbeRadius;
     settings.stiffness = kStiffness;
     settings.spindle.free_speed = 300 * kKrpm;
     if (!drills) settings.damping = 0, settings.friction = settings.cutting = false;
     return settings;
   }
 
-  haptics::bench::Scene scene_;
+  test::HapticBench scene_;
 };
 
 }  // namespace
 
 void print_header() {
-  fmt::print("{}\n", kRowColumns);
+  fmt::print("case,measure,value\n");
 }
 
 void print_slide(const ModelTissue& tissue, const Course& course, const PeerModel& model) {
@@ -92,16 +93,19 @@ void print_slide(const ModelTissue& tissue, const Course& course, const PeerMode
       times[i] = std::min(times[i], tick.cpu_ns);
       const dvec3 truth = kStiffness * (course.truth[i] - course.hand[i]);
       if (pass > 0 || i < kSettled || glm::length(truth) < kLeast) continue;
-      const double angle = glm::length(tick.force) > 0 ? haptics::bench::degrees_between(tick.force, truth) : 180;
+      const double angle =
+          glm::length(tick.force) > 0
+              ? glm::acos(std::clamp(glm::dot(glm::normalize(tick.force), glm::normalize(truth)), -1.0, 1.0)) / kDegree
+              : 180;
       const double size = 100 * (glm::length(tick.force) / glm::length(truth) - 1);
       squares += angle * angle, sizes += size * size, worst = std::max(worst, angle), ++count;
     }
   }
-  const Rows rows(tissue, "slide", model);
-  const double median = rows.times(times);
-  rows.error("direction", std::sqrt(squares / std::max(count, 1)), "degree, rms", median);
-  rows.error("direction", worst, "degree, greatest", median);
-  rows.error("magnitude", std::sqrt(sizes / std::max(count, 1)), "%, rms", median);
+  const Rows rows("slide", tissue, model);
+  rows.times(times);
+  rows.add("direction_rms_deg", std::sqrt(squares / std::max(count, 1)));
+  rows.add("direction_max_deg", worst);
+  rows.add("magnitude_rms_percent", std::sqrt(sizes / std::max(count, 1)));
 }
 
 void print_drill(const ModelTissue& tissue, const PeerModel& model) {
@@ -110,7 +114,7 @@ void print_drill(const ModelTissue& tissue, const PeerModel& model) {
   double lost = 0, depth = 0, step = 0, squares = 0;
   int count = 0;
   for (int pass = 0; pass < kPasses; ++pass) {
-    haptics::bench::PressingHand hand(tissue);
+    test::PressingHand hand(tissue);
     const std::unique_ptr<Peer> peer = model.begin(hand.position(), true);
     const double before = peer->volume();
     const dvec3 start = hand.position();
@@ -130,13 +134,13 @@ void print_drill(const ModelTissue& tissue, const PeerModel& model) {
     lost = before - peer->volume();
     depth = glm::dot(start - ball, hand.normal());
   }
-  const double swept = haptics::bench::swept_volume(tissue.shape, ways, kProbeRadius, kGrid);
-  const Rows rows(tissue, "drill", model);
-  const double median = rows.times(times);
-  if (swept > 0) rows.error("removal", 100 * (lost / swept - 1), "% more than the swept volume", median);
-  rows.error("depth", depth / kMillimetre, "mm, no error: what was drilled", median);
-  rows.error("force", std::sqrt(squares / std::max(count, 1)), "N, rms, off the 1 N of the hand", median);
-  rows.error("step", step, "N a tick", median);
+  const double swept = test::swept_volume(tissue.shape, ways, kProbeRadius, kGrid);
+  const Rows rows("drill", tissue, model);
+  rows.times(times);
+  if (swept > 0) rows.add("removal_error_percent", 100 * std::abs(lost / swept - 1));
+  rows.add("depth_mm", depth / kMillimetre);
+  rows.add("force_error_rms_N", std::sqrt(squares / std::max(count, 1)));
+  rows.add("step_N", step);
 }
 
 PeerModel default_model(const ModelTissue& tissue, double voxel_mm) {
@@ -146,7 +150,7 @@ PeerModel default_model(const ModelTissue& tissue, double voxel_mm) {
 }
 
 Course slide_course(const ModelTissue& tissue) {
-  return haptics::bench::slide_course(tissue, 2500);
+  return test::slide_course(tissue, 1500);
 }
 
 }  // namespace typodont::peers

@@ -1,5 +1,5 @@
-// What other haptic libraries must implement so that they can run the sliding and drilling tests of `typodont bench
-// models`, and these tests with their rows.
+// What other haptic libraries must implement so that they can run the sliding and drilling tests of bench_models, and
+// these tests with their rows.
 #pragma once
 
 #include <functional>
@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "engine/base/clock.h"
-#include "haptics/bench/model_tissues.h"
+#include "tests/support/model_tissues.h"
 
 namespace typodont::peers {
 
-inline constexpr double kStiffness = 1000;  // N/m, stiffness of the tissue, as in `typodont bench models`
+inline constexpr double kStiffness = 1000;  // N/m, stiffness of the tissue, as in bench_models
 
 /// Result of a tick.
 struct PeerTick {
@@ -42,15 +42,14 @@ struct PeerModel {
 };
 
 void print_header();
-void print_slide(const haptics::bench::ModelTissue& tissue, const haptics::bench::Course& course,
-                 const PeerModel& model);
-void print_drill(const haptics::bench::ModelTissue& tissue, const PeerModel& model);
+void print_slide(const test::ModelTissue& tissue, const test::Course& course, const PeerModel& model);
+void print_drill(const test::ModelTissue& tissue, const PeerModel& model);
 
 /// Returns the default contact model of Typodont.
-PeerModel default_model(const haptics::bench::ModelTissue& tissue, double voxel_mm);
+PeerModel default_model(const test::ModelTissue& tissue, double voxel_mm);
 
 /// Returns the path for the sliding test.
-haptics::bench::Course slide_course(const haptics::bench::ModelTissue& tissue);
+test::Course slide_course(const test::ModelTissue& tissue);
 
 /// Sets `tick.cpu_ns` to the CPU time of `work`, which computes the rest of the tick.
 template <class Work>

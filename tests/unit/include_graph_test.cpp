@@ -94,10 +94,9 @@ TEST(IncludeGraph, AHeaderInASubfolderIsIncludedByItsOwnModuleOnly) {
 // A test may include private headers of the module that it tests, and of no other module.
 TEST(IncludeGraph, ATestIncludesPrivateHeadersOfOneModuleOnly) {
   // These tests need several modules: one file calls the parsers of every module; faults arise in the session's threads
-  // and in the safety layer; the program's passes on a GPU are compared with those of the contact model; and a peer
-  // measures a scene of haptics/bench and prints rows of engine/app/bench.
+  // and in the safety layer; and the program's passes on a GPU are compared with those of the contact model.
   const std::set<std::string> several = {"tests/fuzz/targets.cpp", "tests/stress/faults_test.cpp",
-                                         "tests/property/packing_gpu_test.cpp", "tests/peers/peer.cpp"};
+                                         "tests/property/packing_gpu_test.cpp"};
   std::map<std::string, std::set<std::string>> looked_into;
   const std::size_t files = for_each_include({"tests"}, [&](const std::string& path, const std::string& included) {
     const std::string module = inside_of(included);

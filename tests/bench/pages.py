@@ -1,0 +1,480 @@
+#!/usr/bin/python3
+"""Writes pages with tables and plots from the results of the benchmark programs.
+
+    pages.py RESULTS DOCS PAGE …      PAGE: performance, models, stress or stability
+
+RESULTS has a file NAME.json of each program (google-benchmark). A page and its rows.csv and plots are written to DOCS.
+All rows of a page must come from one machine and one commit. Without RESULTS ("-"), the rows.csv in DOCS is used again.
+"""
+import csv
+import json
+import math
+import pathlib
+import sys
+import textwrap
+
+import matplotlib
+
+matplotlib.use("svg")
+matplotlib.rcParams.update({"svg.hashsalt": "typodont", "font.size": 9, "axes.spines.top": False,
+                            "axes.spines.right": False, "svg.fonttype": "none"})
+import matplotlib.pyplot as plt  # noqa: E402
+
+PROGRAMS = ["contact", "motions", "push", "stability", "methods", "latency", "picture", "surface", "sound",
+            "calibration", "session", "import", "device", "debris"]
+COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#666666", "#000000"]
+MARKERS = "osD^vPX*"
+MODELS = ["offset", "implant", "mesh_lod", "packing", "vertex", "voxel_penalty"]
+
+
+# Rows: {case: {measure: value}}, with the first line of the file, which names machine and commit.
+
+def results(folder, program):
+    """Reads what a program wrote. The case begins with the program's name on the page `performance`."""
+    data = json.loads((folder / f"{program}.json").read_text())
+    rows = {}
+    for run in data["benchmarks"]:
+        case = run["run_name"].removesuffix("/iterations:1/manual_time")
+        row = rows.setdefault(case, {})
+        if run["real_time"] > 0:
+            row["time_ns"] = run["real_time"]
+        standard = {"real_time", "cpu_time", "iterations", "threads", "repetitions", "repetition_index",
+                    "family_index", "per_family_instance_index"}
+        row.update({k: v for k, v in run.items() if isinstance(v, (int, float)) and k not in standard})
+    context = data["context"]
+    origin = (f"typodont {context['commit']}, {context['processor']}, {context['num_cpus']} cores, "
+              f"{context['date'][:10]}, {context['compiler']}")
+    return rows, origin, context["load_avg"][0] if context.get("load_avg") else math.nan
+
+
+def collect(folder, programs, prefix):
+    rows, origins, load = {}, set(), 0
+    for program in programs:
+        some, origin, busy = results(folder, program)
+        rows.update({f"{program}/{case}" if prefix else case: row for case, row in some.items()})
+        origins.add(origin)
+        load = max(load, busy)
+    if len(origins) > 1:
+        sys.exit("the rows come from several machines, days or commits; measure again:\n" + "\n".join(sorted(origins)))
+    return rows, f"{origins.pop()}; load average up to {load:.1f}"
+
+
+def write_rows(file, rows, origin):
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with open(file, "w", newline="") as out:
+        out.write(f"# {origin}\n")
+        table = csv.writer(out, lineterminator="\n")
+        table.writerow(["case", "measure", "value"])
+        for case, row in rows.items():
+            for measure, value in row.items():
+                table.writerow([case, measure, f"{value:.6g}"])
+
+
+def read_rows(file):
+    with open(file) as lines:
+        text = list(lines)
+    origin = text[0][2:].strip() if text[0].startswith("#") else ""
+    rows = {}
+    for row in csv.DictReader(line for line in text if not line.startswith("#")):
+        rows.setdefault(row["case"], {})[row["measure"]] = float(row["value"])
+    return rows, origin
+
+
+# Texts.
+
+def number(value, digits=2):
+    """Rounds to some digits, without an exponent where it is readable."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    if abs(value) < 1e-3 or abs(value) >= 1e5:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}e{int(exponent)}"
+    return f"{value:.{max(digits - 1 - math.floor(math.log10(abs(value))), 0)}f}"
+
+
+def time(ns):
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("µs", 1e3)):
+        if ns >= 0.9995 * size:
+            return f"{number(ns / size, 3 if ns / size >= 100 else 2)} {unit}"
+    return f"{number(ns)} ns"
+
+
+def times(row):
+    """Median and 99.9 %."""
+    return f"{time(row['time_ns'])} / {time(row['slow_ns'])}"
+
+
+def paragraph(text):
+    return textwrap.fill(" ".join(text.split()), 120, break_long_words=False, break_on_hyphens=False)
+
+
+def table(head, lines):
+    rows = [head, ["---"] * len(head), *lines]
+    return "".join("|" + "|".join(cells) + "|\n" for cells in rows)
+
+
+# Plots.
+
+def plot(file, title, x_label, y_label, series, labels=False):
+    """`series`: {name: [(x, y, label)]}. Both axes are logarithmic. Each point is one setting; better is lower left."""
+    figure, axes = plt.subplots(figsize=(7.2, 4.2))
+    for i, (name, points) in enumerate(series.items()):
+        points = [(x, y, label) for x, y, label in points if x > 0 and y > 0]
+        axes.plot([p[0] for p in points], [p[1] for p in points], MARKERS[i % 8] + "-", color=COLORS[i % 8], ms=5,
+                  lw=1, label=name)
+        for x, y, label in points if labels else []:
+            axes.annotate(label, (x, y), textcoords="offset points", xytext=(5, 4), fontsize=7, color=COLORS[i % 8])
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set(title=title, xlabel=x_label, ylabel=y_label)
+    axes.grid(True, which="major", color="#dddddd", lw=0.5)
+    axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+    figure.tight_layout()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, metadata={"Date": None})
+    plt.close(figure)
+
+
+def best(series):
+    """For an alternative text: each method with its point of the least error."""
+    said = []
+    for name, points in series.items():
+        x, y, _ = min(points, key=lambda p: p[1])
+        said.append(f"{name} {number(y)} in {time(x)}")
+    return "; ".join(said)
+
+
+# The page `performance`.
+
+def performance(rows, origin, docs):
+    get = rows.__getitem__
+
+    def ours(case):
+        return times(get(case)) if "slow_ns" in get(case) else time(get(case)["time_ns"])
+
+    def voxel(case):
+        return get(f"contact/{case}/voxel 0.1 mm")
+
+    slide, penalty, mesh = voxel("slide/offset"), voxel("slide/voxel_penalty"), get(
+        "contact/slide/proxy on the offset mesh/edge 0.12 mm")
+    drill = "contact/drill/round 1.2 mm/voxel 0.05 mm"
+    sweep, csg = get("contact/removal/sweep/voxel 0.05 mm"), get(
+        "contact/removal/csgDifference of OpenVDB/voxel 0.05 mm")
+    motions = {case: row for case, row in rows.items() if case.startswith("motions/")}
+    slowest = max(motions, key=lambda case: motions[case]["slow_ns"])
+    stalls = [row for case, row in rows.items() if case.startswith("stability/carver stalls/")]
+    wall = get("stability/wall/delay of 0 ticks, jitter of 0 %/1000 Hz")
+    push = next(row for case, row in rows.items() if case.startswith("push/"))
+    whole = get("surface/molar/whole by volumeToMesh")
+    frame = get("surface/molar/drilling frame/full resolution")
+    ball = get("surface/ball at equal error")
+    register = {name: get(f"calibration/register/{name}/16 touches") for name in ("typodont", "Eigen", "OpenCV")}
+    camera = get("calibration/camera/12 pictures")
+    sound, filtered = get("sound/drill, a sample/working in enamel"), get("sound/filter, a sample/order 300")
+    record = get("session/record a tick with its cut/deflate 1")
+    undo = get("session/undo a stroke of 16 passes, voxel 0.05 mm/cylinder_012")
+    scan = get("import/CT of a head/512 x 512 x 512")
+    start = get("latency/command to")
+    step = get("latency/hand to force and sound")
+    soft = get("contact/soft gum/a ball presses")
+    period = "1 ms"
+    lines = [
+        ["slide on a ball, voxels of 0.1 mm", f"{number(slide['direction_max_deg'])}°", times(slide),
+         f"proxy on an offset mesh (as in CHAI3D): {number(mesh['direction_max_deg'])}°, {time(mesh['time_ns'])}; "
+         f"voxel penalty: {number(penalty['direction_max_deg'])}°, {time(penalty['time_ns'])}", period],
+        ["a trainee drills dentin, round bur of 1.2 mm, voxels of 0.05 mm",
+         f"{number(get(drill)['energy_error_rel'])} (volume against the motor's work)", ours(drill), "–", period],
+        ["the same with servo, carver and copies of the tissue", "", f"{time(get(drill)['process_ns'])} (mean)", "–",
+         period],
+        ["the same, round bur of 4 mm", "", ours("contact/drill/round 4 mm/voxel 0.05 mm"), "–", period],
+        ["the same, flame of 1.2 × 4 mm", "", ours("contact/drill/flame 1.2 x 4 mm/voxel 0.05 mm"), "–", period],
+        ["remove a stroke, voxels of 0.05 mm", f"{number(sweep['volume_error_percent'])} % of the volume",
+         time(sweep["time_ns"]),
+         f"OpenVDB csgDifference: {number(csg['volume_error_percent'])} %, {time(csg['time_ns'])}", "–"],
+        [f"slowest tick of all tools and motions ({slowest.split('/')[2]}, {slowest.split('/')[1]})", "",
+         times(motions[slowest]), "–", "0.5 ms"],
+        ["press soft gum", "", times(soft), "–", period],
+        ["stiffest stable wall at 1 kHz", f"{number(100 * abs(wall['servo_N_per_m'] / wall['theory_N_per_m'] - 1))} %",
+         f"{number(wall['servo_N_per_m'] / 1e3, 3)} N/mm", f"theory: {number(wall['theory_N_per_m'] / 1e3, 3)} N/mm",
+         "–"],
+        ["2,000 hands that push turning tools", f"{push['hands_beyond_motion']:.0f} feel a step beyond their motion",
+         f"largest step {number(push['largest_step_N'])} N", "–", "0 hands"],
+        ["carver stalls of 0.05 to 5 s", f"steps up to {number(max(r['step_beyond_calm_N'] for r in stalls))} N",
+         f"energy up to {number(max(r['energy_beyond_calm_mJ'] for r in stalls))} mJ", "–", "0.25 N"],
+        ["sample of an arm to its force, in contact, 1 kHz", "", ours("device/sample to force, contact/1 kHz"), "–",
+         period],
+        ["hand to force; to sound in a file", "", f"{number(step['force_ms'])} ms; {number(step['sound_ms'])} ms",
+         "–", "100 ms"],
+        ["hand to picture of 1280 × 720, drawn by the processor, `fast`; `high`", "",
+         f"{ours('latency/hand to picture, 1280x720/fast')}; {ours('latency/hand to picture, 1280x720/high')}", "–",
+         "100 ms"],
+        ["mesh of a frame of drilling, molar of 0.05 mm", "same triangles", time(frame["mesh_ns"]),
+         f"OpenVDB volumeToMesh of the whole: {time(whole['time_ns'])}", "33 ms"],
+        ["mesh of a ball at equal error", f"{number(ball['error_of_radius'])} of the radius", time(ball["time_ns"]),
+         f"volumeToMesh: {time(ball['volume_to_mesh_ns'])}", "–"],
+        ["sound of a working drill, a sample", f"{number(filtered['spectrum_error_dB'])} dB to the recording",
+         f"{time(sound['time_ns'])} ({number(sound['core_percent'])} % of a core)",
+         f"its filter as a simple loop: {time(filtered['simple_loop_ns'])}, ours {time(filtered['time_ns'])}",
+         "20.8 µs"],
+        ["registration from 16 touches", f"{number(register['typodont']['error_mm'])} mm",
+         time(register["typodont"]["time_ns"]),
+         "; ".join(f"{n}: {number(register[n]['error_mm'])} mm, {time(register[n]['time_ns'])}"
+                   for n in ("Eigen", "OpenCV")), "–"],
+        ["camera and panel from 12 pictures", f"{number(camera['focal_error_pixels'])} pixels",
+         time(camera["time_ns"]), f"OpenCV: {number(camera['opencv_focal_error_pixels'])} pixels, "
+         f"{time(camera['opencv_ns'])}", "–"],
+        ["record a tick with its cut", f"{record['bytes']:.0f} bytes", time(record["time_ns"]), "–", period],
+        ["undo a stroke of 16 passes", f"{undo['kept_kB'] / 1e3:.1f} MB kept", time(undo["time_ns"]), "–", "100 ms"],
+        ["import a CT of 512³ voxels", f"{scan['peak_MB']:.0f} MB at most", f"{time(scan['time_ns'])} of processor",
+         "–", "–"],
+        ["live session, drilling, no picture", "",
+         f"{number(get('latency/live session, a tick of all threads/drilling')['core_percent'])} % of a core", "–",
+         "–"],
+        ["command to the first tick", "", f"{number(start['first_tick_s'])} s", "–", "2 s"],
+    ]
+    page = "# Performance\n\n" + paragraph(
+        f"""This page states what a tick, a picture, a sound sample and a solution cost, how large their error is, and
+        what the best other method costs in the same run. `./run bench` measures everything and writes this page; all
+        rows come from one run. Machine and commit: {origin}. A machine with a load average above 1 was shared with
+        other work, which makes the 99.9 % quantiles larger. [rows.csv](performance/rows.csv) contains all rows.
+        [Contact models compared](models.md) and [what each contact model survives](stress.md) are pages of their
+        own.""") + "\n\n"
+    page += paragraph("""Two times such as "6.2 µs / 21 µs" are the median and the 99.9 % quantile of the CPU time of
+        one thread. The limit is the time until the result is needed. A trainee's hand is a simulated hand of 0.15 kg
+        that presses with 1 N, swings the bur by ±1.5 mm at 1 Hz, tilts it by 10° and trembles.""") + "\n\n"
+    page += table(["work", "our error", "our time", "best other method", "limit"], lines) + "\n## Plots\n\n"
+    page += paragraph("In each plot, a point is one setting, and lower left is better: less error in less time.") + "\n"
+    for name, title, x_label, y_label, series in performance_plots(rows):
+        plot(docs / f"performance/{name}.svg", title, x_label, y_label, series, labels=True)
+        page += f"\n![{title}. {y_label}, and time, at the least error: {best(series)}](performance/{name}.svg)\n"
+    return page
+
+
+def performance_plots(rows):
+    """Yields name, title, labels and points of each plot; times in ns."""
+    def points(cases, error, time_of=lambda row: row["time_ns"]):
+        return [(time_of(rows[case]), rows[case][error], label) for label, case in cases.items() if case in rows]
+
+    voxels = {f"{v} mm": f"voxel {v} mm" for v in (0.2, 0.1, 0.05)}
+    slides = {name: points({label: f"contact/slide/{name}/{v}" for label, v in voxels.items()}, "direction_max_deg")
+              for name in ("offset", "voxel_penalty", "penalty with OpenVDB")}
+    slides["proxy on the offset mesh"] = points(
+        {f"{e} mm": f"contact/slide/proxy on the offset mesh/edge {e} mm" for e in (0.25, 0.12)}, "direction_max_deg")
+    yield ("slide", "Slide on a ball: the direction of the force", "time of a tick, ns", "largest error, degrees",
+           slides)
+    yield ("removal", "Remove a stroke: the volume", "time of a cut, ns", "error, % of the volume", {
+        name: points({label: f"contact/removal/{name}/{v}" for label, v in voxels.items()}, "volume_error_percent")
+        for name in ("sweep", "csgDifference of OpenVDB", "voxels cleared")})
+    yield ("register", "Registration: error at the corners of 80 mm", "time of a solution, ns", "error, mm", {
+        name: points({str(n): f"calibration/register/{name}/{n} touches" for n in (4, 16, 64, 1000)}, "error_mm")
+        for name in ("typodont", "Eigen", "OpenCV")})
+    frame = "picture/stereo frame of 1280x1024 an eye/"
+    yield ("picture", "Picture: difference from the best level at twice the size", "processor time of a stereo frame, ns",
+           "difference, rms of 255", {"quality levels": points(
+               {case.removeprefix(frame): case for case in rows if case.startswith(frame)}, "difference_rms_of_255")})
+    orders = {str(n): f"sound/filter, a sample/order {n}" for n in (4, 16, 50, 100, 200, 300, 400, 600)}
+    yield ("sound", "Sound of a drill: the spectrum against the recording", "time of a sample, ns",
+           "log-spectral distance, dB", {
+               "block filter": points(orders, "spectrum_error_dB"),
+               "simple loop": points(orders, "spectrum_error_dB", lambda row: row["simple_loop_ns"])})
+
+
+# The page `models`.
+
+TISSUES = ["ball", "torus", "box edges", "thin sheet", "groove", "molar", "arch", "pelvis"]
+SHEETS = ["sheet of 0.2 mm", "sheet of 0.5 mm", "sheet of 1 mm"]
+TASKS = [  # task, motion, measure, tissues, unit
+    ("feel a smooth surface", "slide", "direction_rms_deg", ["ball", "torus"], "°"),
+    ("feel edges, grooves and walls", "slide", "direction_rms_deg", ["box edges", "thin sheet", "groove"], "°"),
+    ("feel a tooth from CT", "slide", "direction_rms_deg", ["molar"], "°"),
+    ("feel the mesh of a scan", "slide", "direction_rms_deg", ["arch", "pelvis"], "°"),
+    ("stick and slip with a probe", "drag", "friction_error_rms_percent", ["ball", "torus", "molar"], "% of friction"),
+    ("drill solid tissue", "drill", "removal_error_percent", ["ball", "torus", "molar"], "% of the volume"),
+    ("drill without steps of the force", "drill", "step_N", ["ball", "box edges", "molar"], "N per tick"),
+    ("a short tick", "slide", "slow_ns", ["ball", "box edges", "molar"], "ns, 99.9 %"),
+    ("little memory", "slide", "memory_MiB", ["ball", "box edges", "molar"], "MiB"),
+]
+
+
+def finest(rows, motion, tissue, model):
+    """The row of the model's finest setting, which is the last one, or None."""
+    found = [row for case, row in rows.items() if case.startswith(f"{motion}/{tissue}/{model}/")]
+    return found[-1] if found else None
+
+
+def models(rows, origin, docs):
+    def cell(motion, tissue, model, measure, scale=1.0):
+        row = finest(rows, motion, tissue, model)
+        return number(scale * row[measure]) if row and measure in row else "–"
+
+    def answer():
+        for task, motion, measure, tissues, unit in TASKS:
+            means = {}
+            for model in MODELS:
+                some = [finest(rows, motion, t, model) for t in tissues]
+                slide = [finest(rows, "slide", t, model) for t in tissues]
+                if all(r and measure in r for r in some) and all(r and r["slow_ns"] < 5e5 for r in slide):
+                    means[model] = math.exp(sum(math.log(max(r[measure], 1e-12)) for r in some) / len(some))
+            order = sorted(means, key=means.get)
+            first, second = order[0], order[1]
+            yield [task, f"`{first}`", f"{number(means[first])} {unit}", f"`{second}`", f"{number(means[second])} {unit}"]
+
+    def tables():
+        for title, text, motion, measure, tissues, scale in (
+                ("Direction of the force", "Error, degrees rms, of a ball of 1.2 mm that slides at 20 mm/s, pulled 0.3 mm"
+                 " below the surface.", "slide", "direction_rms_deg", TISSUES, 1),
+                ("Magnitude of the force", "Error, % rms, of the same hand.", "slide", "magnitude_rms_percent", TISSUES, 1),
+                ("Depth in the tissue", "Largest depth, mm, of the drawn tool in the exact shape.", "slide",
+                 "penetration_mm", TISSUES, 1),
+                ("Friction", "Error, % rms, of tangential to normal force.", "drag", "friction_error_rms_percent", TISSUES,
+                 1),
+                ("Removed volume", "Error, % of the swept volume, of a hand of 0.15 kg that drills with 1 N. A dash: the"
+                 " bur fell through.", "drill", "removal_error_percent",
+                 [t for t in TISSUES if t != "thin sheet"], 1),
+                ("Slow ticks", "99.9 % quantile, µs, while sliding.", "slide", "slow_ns", TISSUES, 1e-3),
+                ("Slow ticks while drilling", "99.9 % quantile, µs.", "drill", "slow_ns",
+                 [t for t in TISSUES if t != "thin sheet"], 1e-3)):
+            lines = [[f"`{m}`", *(cell(motion, t, m, measure, scale) for t in tissues)] for m in MODELS]
+            yield f"## {title}\n\n{paragraph(text)}\n\n{table(['model', *tissues], lines)}\n"
+
+    series = {m: [(row["time_ns"], row["direction_rms_deg"], case.split("/")[3]) for case, row in rows.items()
+                  if case.startswith(f"slide/groove/{m}/")] for m in MODELS}
+    peers, _ = read_rows(docs / "models/peers.csv")
+    series["CHAI3D"] = [(row["time_ns"], row["direction_rms_deg"], case.split("/")[3]) for case, row in peers.items()
+                        if case.startswith("slide/groove/CHAI3D finger proxy/")]
+    title = "Slide across a groove of 60°: direction error against time"
+    plot(docs / "models/direction.svg", title, "time of a tick, ns", "error, degrees rms", series)
+    page = "# Contact models compared\n\n" + paragraph(
+        """Which model for which task: the best has the least error, time or memory among the models whose slow ticks
+        (99.9 %) take less than 500 µs. A value is the geometric mean over the tissues of the task, with the finest
+        setting of each model. `implant` slides and drills like `offset` outside a bed.""") + "\n\n"
+    page += table(["task", "best model", "value", "second", "its value"], list(answer())) + "\n"
+    page += paragraph(
+        f"""All models get the same tissue, hand and clock (1 kHz), and are compared with the exact contact: the
+        position nearest to the hand at which the ball stays outside the exact shape, by sequential quadratic
+        programming (`tests/support/reference_contact.h`). The tissues are a ball of 8 mm, a torus, a box, a sheet of
+        0.3 mm, a groove of 60°, and the shipped molar (CT), lower arch and hip socket (meshes). For a CT, the exact
+        shape is the mesh of its field; for a mesh, models with a field get voxels of 0.2 or 0.3 mm, so these columns
+        favour models that use the mesh. Errors are those of the model force, before the servo's limits. `./run bench
+        models` writes this page from [rows.csv](models/rows.csv), which has more settings and measures. Measured on:
+        {origin}.""") + "\n\n"
+    page += f"![{title}. Least error in degrees, and time: {best(series)}](models/direction.svg)\n\n"
+    page += "".join(tables())
+    walls = [[f"`{m}`", *(number(rows[f"break-through/thin sheet/{m}"].get(k)) for k in ("time_s", "force_left_N")),
+              *(number(rows[f"escape/{s}/{m}"][k]) for s in SHEETS for k in ("escaped_1mm_percent",
+                                                                          "escaped_20mm_percent"))] for m in MODELS]
+    page += "## Walls\n\n" + paragraph(
+        """A bur breaks through the sheet: time in s and force that remains beyond, N. Then hands move through sheets by
+        1 and 20 mm per tick: % that escape, so that no force pulls them back.""") + "\n\n"
+    page += table(["model", "time", "force beyond", *(f"{s.split()[2]} mm, by {k}" for s in SHEETS for k in (1, 20))],
+                  walls)
+    costs = [[f"`{m}`", *(cell("slide", t, m, k) for t in ("ball", "molar", "arch") for k in ("memory_MiB", "setup_s"))]
+             for m in MODELS]
+    page += "\n## Memory and set-up\n\nMiB, and seconds of processor.\n\n" + table(
+        ["model", *(f"{t}, {k}" for t in ("ball", "molar", "arch") for k in ("MiB", "s"))], costs)
+    page += "\n## Other libraries\n\n" + paragraph(
+        """CHAI3D 3.3.0 with the same hand, at voxels of 0.1 mm ([how](../tests/peers/README.md),
+        [peers.csv](models/peers.csv)), measured in another run: direction in degrees rms, time of a tick.""") + "\n\n"
+    tissues = [t for t in TISSUES if f"slide/{t}/CHAI3D finger proxy/voxel 0.1 mm" in peers]
+    page += table(["library", *tissues], [[name, *(
+        f"{number(r['direction_rms_deg'])}, {time(r['time_ns'])}"
+        for r in (peers[f"slide/{t}/{name}/voxel 0.1 mm"] for t in tissues))]
+        for name in ("CHAI3D finger proxy", "CHAI3D voxels", "offset")])
+    return page
+
+
+# The page `stress`.
+
+CAMPAIGNS = {
+    "hostile hand": "hands wander at up to 0.2 m/s and 20 m/s² and rotate; half of them drill",
+    "nonsense": "the same with invalid input in one tick of fifty: NaN, leaps, jumps of the clock, undo",
+    "carver stalls": "a hand slides, drills and taps while the carver stalls for 50 ms to 3 s",
+    "uneven clock": "the same with periods that vary by 20 and 50 %, and some of 5 ms",
+    "200 N": "a head of 20 mm is pressed on bone with 200 N, slides and reams",
+    "fast probe": "a tip of 0.25 mm slides over edges, a groove and the arch at 30 to 120 mm/s",
+    "thin wall": "a ball moves through a sheet of 0.3 mm by 1 mm per tick",
+}
+FALLS = {"not_finite_ticks", "beyond_limit_N", "hands_through", "escaped_percent", "holes_ticks"}
+REASONS = {
+    ("offset", "fast probe"): "a scripted hand turns at the fissures of the arch faster than the passivity controller "
+                              "predicts, at forces of 0.06 N",
+    ("voxel_penalty", "thin wall"): "without a proxy, nothing stops a hand between two ticks",
+    ("voxel_penalty", "fast probe"): "a tip as small as a voxel has few sample points",
+    ("voxel_penalty", "carver stalls"): "there is no tissue outside the patch, and no plane of a last contact",
+    ("packing", "fast probe"): "gaps between 10,000 spheres are as wide as the tip",
+}
+REASONS["implant", "fast probe"] = REASONS["offset", "fast probe"]
+
+
+def stress(rows, origin, _):
+    def broken(row):
+        return [m.removesuffix(".limit") for m in row if m.endswith(".limit")
+                and row[m.removesuffix(".limit")] > row[m] * (1 + 1e-9)]
+
+    lines, reasons = [], []
+    for campaign, what in CAMPAIGNS.items():
+        cells = []
+        for model in MODELS:
+            row = rows[f"{campaign}/{model}"]
+            worst = broken(row)
+            cells.append("survives" if not worst else ("**falls**" if FALLS & set(worst) else "flawed"))
+            if worst:
+                values = ", ".join(f"{m.replace('_', ' ')} {number(row[m])} (limit {row[m + '.limit']:g})" for m in worst)
+                reason = REASONS.get((model, campaign))
+                reasons.append(paragraph(f"- `{model}`, {campaign}: {values}." + (f" Reason: {reason}." if reason else ""))
+                               .replace("\n", "\n  "))
+        lines.append([campaign, *cells])
+    page = "# What each contact model survives\n\n" + table(["campaign", *(f"`{m}`" for m in MODELS)], lines) + "\n"
+    page += paragraph(
+        """- **Survives**: every measured value is within its limit.""") + "\n" + paragraph(
+        """- **Flawed**: the force is finite and stops the hand, but gives more than 1 nJ, has steps of more than 0.25 N
+        beyond those without the disturbance, or a large error.""").replace("\n", "\n  ") + "\n" + paragraph(
+        """- **Falls**: the force is not finite or beyond its limit, or the hand passes through the tissue.""") + "\n\n"
+    page += paragraph(f"""`./run bench stress` writes this page from [rows.csv](stress/rows.csv), which contains every
+        value with its limit. A test runs the short campaigns with `offset` and `voxel_penalty`. Measured on:
+        {origin}.""") + "\n\n## Campaigns\n\n"
+    page += "".join(f"- **{name}**: {what}.\n" for name, what in CAMPAIGNS.items())
+    return page + "\n## What fails, and why\n\n" + "\n".join(reasons) + "\n"
+
+
+# The page `stability` of ./run stress.
+
+def stability(rows, origin, docs):
+    walls = {tuple(case.split("/")[1:]): row for case, row in rows.items() if case.startswith("wall/")}
+    kinds = sorted({kind for kind, _ in walls})
+    series = {}
+    for kind in kinds:
+        points = sorted((float(hz.split()[0]), row) for (k, hz), row in walls.items() if k == kind)
+        series[f"servo, {kind}"] = [(hz, row["servo_N_per_m"], "") for hz, row in points]
+        series[f"theory, {kind}"] = [(hz, row["theory_N_per_m"], "") for hz, row in points]
+    plot(docs / "stability.svg", "Critical stiffness of a wall", "servo rate, Hz", "stiffness, N/m", series)
+    lines = [[kind, hz, number(row["theory_N_per_m"], 3), number(row["servo_N_per_m"], 3)]
+             for (kind, hz), row in walls.items()]
+    page = f"# Map of stability\n\nMeasured on: {origin}.\n\n![Critical stiffness of the servo and of theory](stability.svg)\n\n"
+    page += table(["timing", "rate", "theory, N/m", "servo, N/m"], lines)
+    stalls = [[*case.split("/")[1:], number(row["step_beyond_calm_N"]), number(row["energy_beyond_calm_mJ"])]
+              for case, row in rows.items() if case.startswith("carver stalls/")]
+    return page + "\n" + table(["gesture", "stall of the carver", "step, N", "energy, mJ"], stalls)
+
+
+PAGES = {"performance": performance, "models": models, "stress": stress, "stability": stability}
+
+
+def main(folder, docs, *names):
+    docs = pathlib.Path(docs)
+    for name in names:
+        stored = docs / ("stability.csv" if name == "stability" else f"{name}/rows.csv")
+        if folder != "-":
+            performs = name == "performance"
+            write_rows(stored, *collect(pathlib.Path(folder), PROGRAMS if performs else [name], performs))
+        rows, origin = read_rows(stored)
+        (docs / f"{name}.md").write_text(PAGES[name](rows, origin, docs))
+        print(f"wrote {docs / name}.md")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 4 or not set(sys.argv[3:]) <= set(PAGES):
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
