@@ -17,7 +17,7 @@ std::vector<std::string> failures;
 /// Prints results on the terminal, and reports those that are not finite.
 class Reporter : public benchmark::ConsoleReporter {
  public:
-  Reporter() : ConsoleReporter(OO_Tabular) {}
+  Reporter() : ConsoleReporter(OO_None) {}
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
       if (run.error_occurred) failures.push_back(run.benchmark_name() + ": " + run.error_message);

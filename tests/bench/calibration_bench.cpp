@@ -95,7 +95,7 @@ void add_task(const std::string& task, int touches, double outliers,
           if (first) *ours = measured;
           const std::string claim = fmt::format(" than another solver: {}, {} touches", task, touches);
           require_time(ours->ns <= measured.ns, "ours is not slower" + claim);
-          require(ours->error <= measured.error * 1.001, "ours is not worse" + claim);
+          require(smoke() || ours->error <= measured.error * 1.001, "ours is not worse" + claim);
         });
   }
 }

@@ -81,7 +81,12 @@ double slide_with(benchmark::State& state, const std::string& model, double voxe
           return scene->last.f_T_W;
         };
       },
-      [&](const dvec3& p) { scene->tick({p}); });
+      [&](const dvec3& p) {
+        scene->last.X_WT.p = p;
+        if (!scene->carver.snapshot_due(scene->last)) return;
+        scene->steps.take_snapshot(scene->carver.snapshot_center(scene->last));
+        scene->steps.adopt_snapshot();
+      });
   state.counters["slow_ns"] = quantile(least_of([&] {
                                          begin();
                                          return servo_times(*scene, 0, smoke() ? 200 : 2000,
@@ -134,6 +139,26 @@ double query(benchmark::State& state, double voxel_mm, Sample sample) {
   state.counters["direction_max_deg"] = std::isfinite(sum) ? worst : std::nan("");
   return worst;
 }
+
+/// The hand of a trainee that drills a block: a mass of 0.15 kg that presses with 1 N, swings the bur through the
+/// tissue by ±1.5 mm at 1 Hz, tilts it by up to 10° and trembles at 9 Hz.
+class TraineeHand {
+ public:
+  explicit TraineeHand(const haptics::Tool& tool) : x_(0, 0, kBlockTop + tool.half() + 2e-5) {}
+  Pose next(const dvec3& force, double dt) {
+    const double tremor = 5e-5 * std::sin(2 * kPi * 9 * t_);
+    const dvec3 goal(1.5e-3 * std::sin(2 * kPi * t_) + tremor, 0.7e-3 * std::sin(2 * kPi * 0.63 * t_), 0);
+    const dvec3 pull(2000 * (goal.x - x_.x), 2000 * (goal.y - x_.y), -1 + 2000 * tremor);
+    v_ += dt * (pull - 5.0 * v_ + force) / 0.15;
+    x_ += dt * v_;
+    t_ += dt;
+    return {x_, glm::angleAxis(10 * kDegree * std::sin(2 * kPi * 0.4 * t_), dvec3(0.6, 0.8, 0))};
+  }
+
+ private:
+  dvec3 x_, v_{0};
+  double t_ = 0;
+};
 
 /// A trainee drills a block. The times are those of every tick, as a session records them.
 void drill(benchmark::State& state, const haptics::Tool& tool, double voxel_mm) {

@@ -114,14 +114,6 @@ double first_felt(double rate) {
   return -z;
 }
 
-/// Returns the least depth (m) for any passivity controller. A force F at the step a of the hand is allowed only if
-/// F a <= E + ε, with the energy ledger E and its credit ε (1 nJ); a tick adds at most F a to E, so E + ε at most
-/// doubles per tick.
-double least_first_felt(double rate) {
-  const double way = 20e-3 / rate, force = 0.1;
-  return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / 1e-9, 1.0))));
-}
-
 /// Returns the critical stiffness (N/m) by bisection.
 template <class F>
 double critical(double guess, F&& course) {
@@ -168,10 +160,8 @@ void add_cases() {
       add(fmt::format("wall/delay of {} ticks, jitter of {:g} %/{:g} Hz", clock.delay, 100 * clock.jitter, rate),
           [=](benchmark::State& state) { wall_case(state, clock); });
   for (const double rate : rates)
-    add(fmt::format("first force of a hand at 20 mm per s/{:g} Hz", rate), [=](benchmark::State& state) {
-      state.counters["depth_mm"] = first_felt(rate) / kMillimetre;
-      state.counters["least_depth_mm"] = least_first_felt(rate) / kMillimetre;
-    });
+    add(fmt::format("first force of a hand at 20 mm per s/{:g} Hz", rate),
+        [=](benchmark::State& state) { state.counters["depth_mm"] = first_felt(rate) / kMillimetre; });
   for (const test::StallGesture gesture : test::kStallGestures)
     for (const double stall : smoke() ? std::vector{0.05} : std::vector{0.05, 0.2, 0.5, 1.0, 2.0, 5.0})
       add(fmt::format("carver stalls/{}/{:g} ms", name_of(gesture), stall * 1e3),
