@@ -177,7 +177,6 @@ def performance(rows, origin, docs):
     undo = get("session/undo a stroke of 16 passes, voxel 0.05 mm/cylinder_012")
     scan = get("import/CT of a head/512 x 512 x 512")
     start = get("latency/command to")
-    step = get("latency/hand to force and sound")
     soft = get("contact/soft gum/a ball presses")
     period = "1 ms"
     lines = [
@@ -205,8 +204,7 @@ def performance(rows, origin, docs):
          f"energy up to {number(max(r['energy_beyond_calm_mJ'] for r in stalls))} mJ", "–", "0.25 N"],
         ["sample of an arm to its force, in contact, 1 kHz", "", ours("device/sample to force, contact/1 kHz"), "–",
          period],
-        ["hand to force; to sound in a file", "", f"{number(step['force_ms'])} ms; {number(step['sound_ms'])} ms",
-         "–", "100 ms"],
+        ["touch to its sound in a file", "", ours("latency/touch to sound in a file"), "–", "100 ms"],
         ["hand to picture of 1280 × 720, drawn by the processor, `fast`; `high`", "",
          f"{ours('latency/hand to picture, 1280x720/fast')}; {ours('latency/hand to picture, 1280x720/high')}", "–",
          "100 ms"],
