@@ -138,7 +138,7 @@ struct Workbench::Impl {
   void follow_tapes();
   void advance_sound();
   /// Passes a tick to the meters of the score.
-  void score(const ServoTick& next);
+  void score(ServoTick next);
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
@@ -559,7 +559,8 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-void Workbench::Impl::score(const ServoTick& next) {
+void Workbench::Impl::score(ServoTick next) {
+  session::set_scored_times({&next, 1}, hands.right->info().rate);
   meter->add({&next, 1});
   if (damage) damage->add({&next, 1});
   if (implant) implant->add({&next, 1});

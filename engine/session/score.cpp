@@ -22,6 +22,10 @@ constexpr double kLeastRemoved = 1e-15;  // m³, least of a stroke
 
 }  // namespace
 
+void set_scored_times(std::span<ServoTick> ticks, double servo_rate) {
+  for (ServoTick& tick : ticks) tick.t = from_seconds(static_cast<double>(tick.index) / servo_rate);
+}
+
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
   // Second-order Butterworth, bilinear, pre-warped.
@@ -140,6 +144,7 @@ struct Measure {
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
   bool of_hand = false;  // of the hand's motion, not the tissue
+  Basis basis = Basis::kReplay;
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -240,12 +245,14 @@ constexpr Measure kMeasures[] = {
      [](In in) -> Value {
        if (!in.explore || in.explore->lesions == 0) return std::nullopt;
        return 100.0 * in.explore->found / in.explore->lesions;
-     }},
+     },
+     false, Basis::kHand},
     {"false_finds", "", Best::kAtMost,
      [](In in) -> Value {
        if (!in.explore) return std::nullopt;
        return in.explore->false_finds;
-     }},
+     },
+     false, Basis::kHand},
     {"explored_percent", "%", Best::kAtLeast,
      [](In in) -> Value {
        if (!in.explore) return std::nullopt;
@@ -255,7 +262,8 @@ constexpr Measure kMeasures[] = {
      [](In in) -> Value {
        if (!in.implant) return std::nullopt;
        return 100 * in.implant->phases_done();
-     }},
+     },
+     false, Basis::kTicks},
     {"implant_entry_mm", "mm", Best::kAtMost,
      [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.entry_error; }); }},
     {"implant_apex_mm", "mm", Best::kAtMost,
@@ -293,19 +301,22 @@ constexpr Measure kMeasures[] = {
      [](In in) -> Value {
        if (!in.implant) return std::nullopt;
        return in.implant->over_force;
-     }},
+     },
+     false, Basis::kTicks},
     {"bone_temperature_C", "°C", Best::kAtMost,
      [](In in) -> Value {
        if (!in.implant) return std::nullopt;
        return in.implant->hottest;
-     }},
+     },
+     false, Basis::kTicks},
     {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }, true},
     {"force_max_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_max; }, true},
-    {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }, true},
-    {"time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.time; }, true},
-    {"contact_time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.contact_time; }, true},
-    {"strokes", "", Best::kAtMost, [](In in) -> Value { return in.hand.strokes; }, true},
-    {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }, true},
+    {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }, true,
+     Basis::kHand},
+    {"time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.time; }, true, Basis::kTicks},
+    {"contact_time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.contact_time; }, true, Basis::kTicks},
+    {"strokes", "", Best::kAtMost, [](In in) -> Value { return in.hand.strokes; }, true, Basis::kTicks},
+    {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }, true, Basis::kHand},
 };
 
 Value value_of(const Measure& measure, const ScoreInput& in) {
@@ -546,6 +557,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     item.name = rule.name;
     item.value = value.value_or(std::nan(""));
     item.unit = measure->unit;
+    item.basis = measure->basis;
     item.target = rule.target;
     item.tolerance = rule.tolerance;
     item.weight = rule.weight;

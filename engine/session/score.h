@@ -16,6 +16,9 @@
 
 namespace typodont::session {
 
+/// Sets the times for a score: tick index / rate, which a replay checks. The recorded times are only its input.
+void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
+
 /// From the ticks, in the report's order.
 struct HandMeasures {
   double time = 0;           // s, first to last tick
@@ -103,8 +106,16 @@ struct ScoreRule {
   bool asked = false;
 };
 
+/// States what a value is computed from, and so what guarantees it.
+enum class Basis {
+  kReplay,  // tissue, forces, poses
+  kTicks,   // these, number of ticks and servo rate
+  kHand     // the recorded hand, input of a replay: only a signature protects it
+};
+
 struct ScoreItem {
   std::string name;
+  Basis basis = Basis::kReplay;
   double value = 0;  // NaN: not measured, no points
   std::string unit;
   // m, W, where it is worst; empty: no such point

@@ -5,7 +5,10 @@
 #include <hdf5.h>
 
 #include <functional>
+#include <map>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "engine/base/json.h"
 #include "engine/session/recorder.h"
@@ -157,6 +160,47 @@ TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   expect("ticks/spindle_krpm", tick, 1, "spindle_krpm at tick 900");
   expect("header/volumes_before_mm3", 1, 200, "the volume of enamel at the start");
   expect("result/volumes_after_mm3", 1, 50, "the volume of enamel at the end");
+}
+
+TEST_F(Recordings, TimesThatAreCompressedInTheAirDoNotChangeTheScore) {
+  std::vector<std::int64_t> times;
+  for (const ServoTick& tick : session::SessionReader(folder / "good.h5").ticks()) times.push_back(tick.t);
+  const std::size_t lifted = times.size() - 200;  // the tool has left the tissue
+  for (std::size_t i = lifted; i < times.size(); ++i) times[i] = times[lifted] + (times[i] - times[lifted]) / 10;
+  change([&](hid_t h5) {
+    const hid_t dataset = H5Dopen2(h5, "ticks/t_ns", H5P_DEFAULT);
+    EXPECT_GE(H5Dwrite(dataset, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, times.data()), 0);
+    H5Dclose(dataset);
+  });
+  const auto items = [&](const char* session) {
+    const Ran ran =
+        folder.run(fmt::format("report {0}/{1} --verify --json --out {0}/r.html --language en", at(), session));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    std::map<std::string, double> values;
+    for (const Json& item : Json::parse(ran.out, "report")["items"].items())
+      if (item["value"].is_number()) values[item["name"].string()] = item["value"].number();
+    return values;
+  };
+  const auto forged = items("s.h5"), honest = items("good.h5");
+  EXPECT_NEAR(honest.at("time_s"), 2, 0.002);
+  EXPECT_EQ(forged, honest);
+  const std::string page = read_text(folder / "r.html");
+  EXPECT_THAT(page, HasSubstr(">replay, number of ticks and servo rate</td>"));
+  EXPECT_THAT(page, HasSubstr(">replay of tissue and forces</td>"));
+  EXPECT_THAT(page, HasSubstr(">nothing but a signature: the recorded hand</td>"));
+}
+
+TEST_F(Recordings, AForgedServoRateIsDetected) {
+  for (const double rate : {500.0, 960.0, 1040.0, 2000.0}) {
+    change([&](hid_t h5) {
+      const hid_t attribute = H5Aopen(h5, "servo_rate_Hz", H5P_DEFAULT);
+      EXPECT_GE(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &rate), 0);
+      H5Aclose(attribute);
+    });
+    const Ran ran = check();
+    EXPECT_EQ(ran.status, 1) << rate;
+    EXPECT_THAT(ran.err, HasSubstr("differs")) << rate;
+  }
 }
 
 TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {

@@ -214,7 +214,7 @@ ReplayResult replay_session(const session::SessionReader& session, const std::fu
       compare.tick(tick, recorded);
       if (did_cut) compare.cut(cut);
       ++result.ticks;
-      result.seconds = to_seconds(recorded.t);
+      result.seconds = static_cast<double>(recorded.index) / header.servo_rate;
       result.ticks_with_faults += recorded.faults != 0;
     }
     if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));

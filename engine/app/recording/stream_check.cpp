@@ -8,6 +8,10 @@
 
 namespace typodont {
 
+namespace {
+constexpr double kPeriodError = 0.02;  // the clocks of hands deviate less
+}
+
 StreamCheck::StreamCheck(const session::SessionReader& session)
     : session_(session), last_tick_(session.gaps().empty() ? UINT64_MAX : session.gaps().front().after_tick) {}
 
@@ -31,6 +35,13 @@ void StreamCheck::volumes_at_start(const PerTissue& replayed) {
 
 void StreamCheck::tick(const ServoTick& replayed, const ServoTick& recorded) {
   now_ = recorded.index;
+  if (last_ && (replayed.depth > 0 || replayed.contact_area > 0)) {
+    const double period = to_seconds(recorded.t - last_->t) * session_.header().servo_rate;
+    ++contact_ticks_, contact_time_ += period;
+    if (period < 1 - kPeriodError) ++early_;
+    if (period > 1 + kPeriodError) ++late_;
+  }
+  last_ = recorded;
   if (difference_) return;
   const std::string_view column = session::differing_column(replayed, recorded);
   if (column.empty()) return;
@@ -47,8 +58,17 @@ void StreamCheck::cut(const Cut& replayed) {
   if (!column.empty()) differs(now_, fmt::format("{} of cut {}", column, replayed.index));
 }
 
+void StreamCheck::rate() {
+  // Mean and median deviate: single late ticks do not change the median, and jitter does not change the mean.
+  const double ticks = static_cast<double>(contact_ticks_);
+  if ((2 * early_ > contact_ticks_ && contact_time_ < (1 - kPeriodError) * ticks) ||
+      (2 * late_ > contact_ticks_ && contact_time_ > (1 + kPeriodError) * ticks))
+    differs(now_, fmt::format("the rate of {} Hz, from the times of ticks in contact,", session_.header().servo_rate));
+}
+
 void StreamCheck::end(const haptics::TissueVolume& tissue) {
   const auto& cuts = session_.cuts();
+  rate();
   if (!session_.gaps().empty())
     differs(last_tick_, fmt::format("what follows tick {} is not checked: the recording has gaps, {}", last_tick_,
                                     in_words(session_.gaps())));

@@ -1,7 +1,7 @@
 // Compares a replay with all recorded data that the score depends on: every column of the ticks, every cut, the volumes
-// of the tissues at start and end, and the final tissue. The replay takes the following data from the recording, so
-// they are not compared: pose and pedal of the hand, the scene with its rules, the ticks at which the servo began to
-// use a patch (tissue copy), and the undone strokes.
+// of the tissues at start and end, the final tissue, and the servo's rate. The replay takes the following data from the
+// recording, so they are not compared: pose, pedal and times of the hand, the scene with its rules, the ticks at which
+// the servo began to use a patch (tissue copy), and the undone strokes.
 #pragma once
 
 #include <cstdint>
@@ -40,12 +40,19 @@ class StreamCheck {
 
  private:
   void differs(std::uint64_t tick, std::string what);
+  /// Compares the rate with the times of the ticks in contact. Their forces depend on the time since the last tick.
+  void rate();
   void volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when);
 
   const session::SessionReader& session_;
   std::uint64_t last_tick_;  // index of the last tick before the recording's first gap
   std::uint64_t now_ = 0;    // index of the latest tick that was passed to tick()
   std::size_t cut_ = 0;      // index of the next recorded cut
+  std::optional<ServoTick> last_;
+  // Ticks in contact: their number, those that followed too early or too late, and the sum of their periods in units of
+  // the nominal one.
+  std::uint64_t contact_ticks_ = 0, early_ = 0, late_ = 0;
+  double contact_time_ = 0;
   std::optional<Difference> difference_;
 };
 

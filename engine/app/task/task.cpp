@@ -345,25 +345,24 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
-  if (auto meter = judge.explore_meter()) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
-    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
-      meter->add(session.ticks(first, kPieceTicks));
-    input.explore = meter->result();
+  auto explored = judge.explore_meter();
+  auto damage = damage_meter(scene);
+  std::optional<session::ImplantMeter> implant;
+  if (scene.implant) implant.emplace(*scene.implant);
+  constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
+  const bool reads = explored || damage || implant;
+  for (std::uint64_t first = 0; reads && first < session.tick_count(); first += kPieceTicks) {
+    std::vector<ServoTick> ticks = session.ticks(first, kPieceTicks);
+    session::set_scored_times(ticks, session.header().servo_rate);
+    if (explored) explored->add(ticks);
+    if (damage) damage->add(ticks);
+    if (implant) implant->add(ticks);
   }
-  if (scene.implant) {
-    session::ImplantMeter meter(*scene.implant);
-    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
-    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
-      meter.add(session.ticks(first, kPieceTicks));
-    input.implant = meter.result();
+  if (explored) input.explore = explored->result();
+  if (damage) input.damage = damage->result();
+  if (implant) {
+    input.implant = implant->result();
     measure_bed(*scene.implant, after, *input.implant);
-  }
-  if (auto meter = damage_meter(scene)) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
-    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
-      meter->add(session.ticks(first, kPieceTicks));
-    input.damage = meter->result();
   }
   session::Score score = score_of(scene, input);
   std::optional<haptics::TissueVolume> ideal;

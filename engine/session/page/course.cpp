@@ -45,20 +45,22 @@ struct Accumulator {
 
 Course course_of(const SessionReader& session) {
   Course c;
+  const double rate = session.header().servo_rate;
   c.count = session.tick_count();
   c.faults.resize(fault_names().size());
   if (c.count > 0) {
-    c.t0 = to_seconds(session.ticks(0, 1).front().t);
-    c.t1 = to_seconds(session.ticks(c.count - 1, 1).front().t);
+    c.t0 = static_cast<double>(session.ticks(0, 1).front().index) / rate;
+    c.t1 = static_cast<double>(session.ticks(c.count - 1, 1).front().index) / rate;
   }
   if (!(c.t1 > c.t0)) c.t1 = c.t0 + 1;
   const std::size_t bins = std::clamp<std::size_t>(c.count, 1, kBins);
   Accumulator force(bins), speed(bins), spindle(bins), depth(bins), removed(bins);
   std::optional<ServoTick> moved_from;
   c.touched.resize(bins);
-  HandMeter meter(session.header().servo_rate);
+  HandMeter meter(rate);
   for (std::uint64_t first = 0; first < c.count; first += kPiece) {
-    const auto ticks = session.ticks(first, kPiece);
+    auto ticks = session.ticks(first, kPiece);
+    set_scored_times(ticks, rate);
     meter.add(ticks);
     for (const ServoTick& tick : ticks) {
       const double t = to_seconds(tick.t);
