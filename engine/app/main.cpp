@@ -1,5 +1,6 @@
 // The program typodont: parses the command line, runs one command, and converts errors to messages and exit statuses.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -44,6 +45,17 @@ static int written_out() {
   return 1;
 }
 
+/// Lets no write to standard error wait for its reader, also not one of a library: a pipe or a terminal is opened
+/// again, because other programs share the first opened file and its mode.
+static void never_wait_for_standard_error() {
+  struct stat info {};
+  if (::fstat(STDERR_FILENO, &info) != 0 || !(S_ISFIFO(info.st_mode) || S_ISCHR(info.st_mode))) return;
+  const int own = ::open("/proc/self/fd/2", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (own < 0) return;
+  ::dup2(own, STDERR_FILENO);
+  ::close(own);
+}
+
 /// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file would get the stream's
 /// number. Text for the terminal would then be written into that file, or input would be read from it.
 static void open_standard_streams() {
@@ -61,6 +73,7 @@ static int run_program(int argc, char** argv) {
   // If a file reaches its size limit, the system sends this signal, which would end a live session. If the signal is
   // ignored, the write fails instead, as on a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of the output that has ended does not end a live session
   end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(
@@ -105,7 +118,7 @@ static int run_program(int argc, char** argv) {
 #endif
     } catch (const Error& e) {
       log::error("The operator's window cannot be opened: {}", e.what());
-      std::fputs(program.help().c_str(), stderr);
+      log::raw(program.help());
       return 2;
     }
   }
@@ -116,6 +129,7 @@ static int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
+  never_wait_for_standard_error();
   keep_freed_memory();
   try {
     return run_program(argc, argv);

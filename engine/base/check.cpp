@@ -1,7 +1,8 @@
 #include "engine/base/check.h"
 
-#include <cstdio>
 #include <cstdlib>
+
+#include "engine/base/log.h"
 
 namespace typodont {
 
@@ -13,7 +14,7 @@ void set_check_handler(CheckHandler handler) noexcept {
 
 void check_failed(const char* condition, const char* file, int line) noexcept {
   if (g_handler) g_handler();
-  std::fprintf(stderr, "%s:%d: broken assumption: %s\n", file, line, condition);
+  log::error("{}:{}: broken assumption: {}", file, line, condition);
   std::abort();
 }
 

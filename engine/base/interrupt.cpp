@@ -5,6 +5,7 @@
 #include <atomic>
 #include <string_view>
 
+#include "engine/base/log.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont {
@@ -53,7 +54,7 @@ void end_now() noexcept {
   if (const auto act = g_last_act.load()) act();
   remove_partial_files();
   constexpr std::string_view kWords = "error: cancelled; nothing was left half written\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kWords.data(), kWords.size());
+  log::raw(kWords);
   ::_exit(1);
 }
 

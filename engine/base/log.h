@@ -1,25 +1,40 @@
-// Messages for people, on standard error. Results go to standard output.
+// Messages for people, on standard error. Results go to standard output. A message that cannot be written at once is
+// dropped and counted: no function throws or waits. Any thread.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <exception>
 #include <string_view>
 
 namespace typodont::log {
 
-void write(std::string_view level, std::string_view text);
+/// Writes the text as it is; false: not completely. Also in signal handlers.
+bool raw(std::string_view text) noexcept;
+void write(std::string_view level, std::string_view text) noexcept;
+/// Messages dropped so far. The next one that can be written states the number.
+std::uint64_t dropped() noexcept;
 
 template <class... Args>
-void info(fmt::format_string<Args...> format, Args&&... args) {
-  write("", fmt::format(format, std::forward<Args>(args)...));
+void line(std::string_view level, fmt::format_string<Args...> format, Args&&... args) noexcept {
+  try {
+    write(level, fmt::format(format, std::forward<Args>(args)...));
+  } catch (const std::exception&) {  // out of memory
+    write(level, "a message for which there is no memory");
+  }
 }
 template <class... Args>
-void warn(fmt::format_string<Args...> format, Args&&... args) {
-  write("warning: ", fmt::format(format, std::forward<Args>(args)...));
+void info(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  line("", format, std::forward<Args>(args)...);
 }
 template <class... Args>
-void error(fmt::format_string<Args...> format, Args&&... args) {
-  write("error: ", fmt::format(format, std::forward<Args>(args)...));
+void warn(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  line("warning: ", format, std::forward<Args>(args)...);
+}
+template <class... Args>
+void error(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  line("error: ", format, std::forward<Args>(args)...);
 }
 
 }  // namespace typodont::log

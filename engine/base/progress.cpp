@@ -4,7 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
+
+#include "engine/base/log.h"
 
 namespace typodont {
 
@@ -31,7 +32,7 @@ Progress::~Progress() {
   if (line_.empty()) return;
   on_interrupt_.reset();
   g_on_terminal = nullptr;
-  if (terminal_ && shown_ >= 0) fmt::print(stderr, "\n");
+  if (terminal_ && shown_ >= 0) log::raw("\n");
 }
 
 void Progress::stage(const char* what, double from, double to) {
@@ -51,12 +52,7 @@ void Progress::show() {
   const int step = terminal_ ? percent : percent / 10 * 10;
   if (step == shown_ || now() - began_ < kPatience) return;
   shown_ = step;
-  if (terminal_) {
-    fmt::print(stderr, "\r{}: {:3d} %", line_, step);
-    std::fflush(stderr);
-  } else {
-    fmt::print(stderr, "{}: {} %\n", line_, step);
-  }
+  log::raw(terminal_ ? fmt::format("\r{}: {:3d} %", line_, step) : fmt::format("{}: {} %\n", line_, step));
 }
 
 }  // namespace typodont

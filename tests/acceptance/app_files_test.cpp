@@ -1,14 +1,19 @@
 // Tests files through the command line. No input file is overwritten; a device file stays a device file; no special
 // file blocks the program; results that cannot be written cause an error status; an interrupted command leaves no
 // partly written file.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -237,6 +242,51 @@ TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
       });
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("deleted or replaced while it was recorded"));
+}
+
+TEST_F(FilesOfCommands, AnErrorThatCannotBePrintedHasItsStatus) {
+  for (const char* stream : {"2>&-", "2>/dev/full"})
+    EXPECT_EQ(
+        run("import /nonexistent.stl --out {}/x.vdb", fmt::format("timeout 60 sh -c '\"$@\" {}' sh", stream)).status, 2)
+        << stream;
+}
+
+TEST_F(FilesOfCommands, ALiveSessionGoesOnAndEndsAlsoIfItsMessagesCannotBePrinted) {
+  folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
+  // a terminal or a pager that is paused: the pipe is full, and nobody reads it
+  int full[2], broken[2];
+  ASSERT_EQ(::pipe(full), 0);
+  ASSERT_EQ(::fcntl(full[1], F_SETFL, O_NONBLOCK), 0);
+  const std::string page(4096, 'x');
+  while (::write(full[1], page.data(), page.size()) > 0) {
+  }
+  ASSERT_EQ(::fcntl(full[1], F_SETFL, 0), 0);
+  ASSERT_EQ(::pipe(broken), 0);
+  ::close(broken[0]);
+  const int no_room = ::open("/dev/full", O_WRONLY);
+  for (const int err : {full[1], broken[1], no_room}) {
+    GrowingFile recording(folder / "live.h5");
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::dup2(err, STDERR_FILENO);
+      ::setenv("DISPLAY", "", 1);
+      const std::string command = in_folder(
+          "exec " TYPODONT_PROGRAM
+          " run {}/scene.json --hand script:{}/long.csv --audio none: --seconds 3 --record {}/live.h5 >{}/out");
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      ::_exit(127);
+    }
+    std::error_code code;
+    for (int i = 0; i < 6000 && !recording.has_grown(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_TRUE(fs::remove(folder / "live.h5", code));  // the session warns that it is not recorded
+    int status = -1;
+    for (int i = 0; i < 2000 && ::waitpid(child, &status, WNOHANG) == 0; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (status == -1) ::kill(child, SIGKILL), ::waitpid(child, nullptr, 0);
+    ASSERT_TRUE(WIFEXITED(status)) << err << " " << status;
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+  }
+  for (const int fd : {full[0], full[1], broken[1], no_room}) ::close(fd);
 }
 
 TEST_F(FilesOfCommands, ReplayOfAFolderIsRefusedAsAFolder) {

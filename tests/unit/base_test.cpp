@@ -5,16 +5,19 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/base/cache.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/pose.h"
@@ -235,6 +238,34 @@ TEST(EvenSample, IsExactWhileItFitsAndLaterEvenlySpreadOverTheWholeLength) {
   for (int i = 0; i < n; ++i) many.add(i);
   for (const double fraction : {0.1, 0.5, 0.999})
     EXPECT_NEAR(many.quantile(fraction), fraction * n, 1e-4 * n) << fraction;
+}
+
+TEST(Log, AMessageForWhichThereIsNoRoomIsDroppedCountedAndStatedLater) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const int standard_error = ::dup(STDERR_FILENO);
+  ::dup2(ends[1], STDERR_FILENO);
+  std::string said;
+  const std::uint64_t dropped_before = log::dropped();
+  const std::string text(1000, 'x');
+  int written = 0;
+  for (; log::dropped() == dropped_before && written < 1000; ++written) log::warn("{} {}", written, text);
+  for (int i = 0; i < 9; ++i) log::warn("{} {}", i, text);
+  std::vector<char> bytes(1 << 20);
+  const auto read_all = [&] {
+    const ssize_t n = ::read(ends[0], bytes.data(), bytes.size());
+    return std::string(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+  };
+  read_all();
+  log::info("again");
+  said = read_all();
+  ::close(ends[0]);
+  log::info("nobody reads this");  // with SIGPIPE, this would end the program
+  ::dup2(standard_error, STDERR_FILENO);
+  ::close(ends[1]), ::close(standard_error);
+  EXPECT_LT(written, 1000);
+  EXPECT_EQ(said, "warning: 10 messages before this one could not be written\nagain\n");
+  EXPECT_EQ(log::dropped() - dropped_before, 11u);
 }
 
 }  // namespace
