@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <thread>
 
+#include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
 
@@ -453,21 +453,13 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       label(i, part);
     }
   };
-  const auto slab = [&](int x0, int x1) {  // computes the layers of blocks x0 to x1
+  const auto slab = [&](std::size_t x) {
     Scratch scratch;
-    for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
-      for (int y = 0; y < dense.size.y; y += kBlock) {
-        for (int z = 0; z < dense.size.z; z += kBlock) block({x, y, z}, scratch);
-      }
+    for (int y = 0; y < dense.size.y; y += kBlock) {
+      for (int z = 0; z < dense.size.z; z += kBlock) block({static_cast<int>(x) * kBlock, y, z}, scratch);
     }
   };
-  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::vector<std::jthread> workers;
-  for (int i = 0; i < threads; ++i) {
-    const int blocks = (dense.size.x + kBlock - 1) / kBlock;
-    workers.emplace_back(slab, blocks * i / threads, blocks * (i + 1) / threads);
-  }
-  workers.clear();
+  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, 1, SIZE_MAX);
   return dense;
 }
 

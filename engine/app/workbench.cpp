@@ -122,6 +122,20 @@ struct Workbench::Impl {
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
+  // The session's threads wait here until all of them exist and the recording has its name.
+  struct Gate {
+    enum State { kShut, kOpen, kClosed };
+    void set(State to) {
+      state = to;
+      state.notify_all();
+    }
+    bool passed() const {
+      state.wait(kShut);
+      return state == kOpen;
+    }
+    std::atomic<State> state{kShut};
+  } gate;
+  std::atomic<bool> thread_failed{false};
   // declared last, so that the destructor joins the threads before it destroys the members that they use
   std::jthread carver, servo, left, recorder, streamer;
 
@@ -134,6 +148,20 @@ struct Workbench::Impl {
   void set_up();
   void start_headset(const std::string& hand_address);
   void start();
+  /// Starts a thread of the session. If its work throws, the session ends.
+  template <class Work>
+  void launch(std::jthread& thread, Work work) {
+    thread = std::jthread([this, work] {
+      if (!gate.passed()) return;
+      try {
+        work();
+      } catch (const std::exception& e) {
+        log::error("{}", e.what());
+        thread_failed = true;
+        session->wiring.stop = true;
+      }
+    });
+  }
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void follow_tapes();
   void advance_sound();
@@ -265,7 +293,7 @@ void Workbench::Impl::set_up() {
                     s, above, hands.left != nullptr);
     if (s.draw && window) picture->open(*rig, summary.explanations);
   }
-  // The recording is created last, because it replaces an older recording. A session that cannot start leaves no file.
+  // The recording has a temporary name until the session's threads exist. A session that cannot start leaves no file.
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
     if (hands.left) header.streams.push_back(left_hand_stream());
@@ -274,7 +302,7 @@ void Workbench::Impl::set_up() {
     if (s.draw && window) header.streams.insert(header.streams.end(), {picture_stream(), head_stream()});
     if (s.debris && window) header.streams.push_back(water_stream());
     if (sound) header.streams.push_back(sound_stream());
-    recording.emplace(options.record, scene, header, s.wiring.tapes, session::WriterOptions(),
+    recording.emplace(options.record, scene, header, s.wiring.tapes, session::WriterOptions{.named_by_start = true},
                       sound ? [this] { return sound->latency(); } : std::function<double()>());
     if (sound) recording->writer().event(0, session::EventKind::kNote, sound->about());
   }
@@ -315,14 +343,21 @@ void Workbench::Impl::start() {
   // after a failed check in the code, this handler sets the force to zero
   set_check_handler(haptics::release_all_devices);
   on_interrupt.emplace(ask_to_stop);
-  running = true;
   before = process_counts();
   before.desktop_requests = desktop_requests();
-  carver = std::jthread(carver_thread, std::ref(s));
-  servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
-  if (hands.left) left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left));
-  if (recording) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*recording));
-  if (streaming) streamer = std::jthread(stream_thread, std::ref(s), std::ref(*streaming));
+  try {
+    launch(carver, [&s] { carver_thread(s); });
+    launch(servo, [&] { servo_thread(s, *hands.right); });
+    if (hands.left) launch(left, [&] { left_hand_thread(s.wiring, *hands.left); });
+    if (recording) launch(recorder, [&] { recorder_thread(s, *recording); });
+    if (streaming) launch(streamer, [&] { stream_thread(s, *streaming); });
+    if (recording) recording->writer().start();
+  } catch (...) {
+    gate.set(Gate::kClosed);
+    throw;
+  }
+  running = true;
+  gate.set(Gate::kOpen);
   began = now();
   if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
@@ -368,7 +403,9 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   ++summary.work.turns;
   pressed.clear();
   follow_tapes();
-  if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
+  if (s.wiring.servo_ended || thread_failed || g_asked_to_stop || to_seconds(now() - began) >= options.seconds)
+    return false;
+  s.wiring.loop_to_render.fetch();
   s.wiring.record_to_render.fetch();
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;
@@ -586,6 +623,7 @@ void Workbench::Impl::end() {
     }
   };
   const bool carved = s.carver_failure.empty();
+  if (thread_failed && failure.empty()) failure = "a thread of the session failed";
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   // cuts that the servo made after the carver thread had ended
   if (carved) try_to([&] { s.side.follow([](const Cut&) {}); });

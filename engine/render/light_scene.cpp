@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "engine/base/cache.h"
+#include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
 #include "engine/render/cached_parts.h"
-#include "engine/render/in_parallel.h"
 #include "engine/render/shared.h"
 #include "engine/render/sphere_directions.h"
 #include "engine/render/srgb.h"

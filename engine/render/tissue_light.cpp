@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "engine/base/cache.h"
+#include "engine/base/in_parallel.h"
 #include "engine/base/split_mix.h"
 #include "engine/base/units.h"
 #include "engine/render/cached_parts.h"
-#include "engine/render/in_parallel.h"
 #include "engine/render/sphere_directions.h"
 
 namespace typodont::render {

@@ -96,28 +96,39 @@ struct SessionWriter::Impl {
   std::vector<std::string> tool_names;
   std::uint32_t last_tool = 0;
 
+  ~Impl() { close(); }
   void create(const SessionHeader& header);
+  void take_name();
   bool create_header(const SessionHeader& header);
-  void note_tool(const ServoTick& tick) noexcept;
+  void note_tool(const ServoTick& tick);
   bool create_tables(const SessionHeader& header);
   bool create_result();
   bool create_loop();
-  bool write_loop() noexcept;
-  bool write_lost() noexcept;
-  void write_all() noexcept;
-  bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
+  bool write_loop();
+  bool write_lost();
+  void write_all();
+  bool write_table(Table& table, std::uint64_t& lost_rows);
   void count_commit() noexcept;
   std::string reason() const;
   std::optional<std::uint64_t> free_bytes() const noexcept;
-  bool disk_has_room() noexcept;
-  void fail(const std::string& why) noexcept;
+  bool disk_has_room();
+  void fail(const std::string& why);
   bool open() const {
     return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskLow ||
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
   /// Ends the recording if the session file was removed or replaced by another file.
-  void fail_if_gone() noexcept;
+  void fail_if_gone();
+
+  /// Counts the rows in the buffers as lost, so that there is room for the next ones.
+  void drop_rows() noexcept {
+    const auto drop = [](Table& table, std::uint64_t& lost_rows) { lost_rows += table.buffered(), table.drop(); };
+    drop(ticks, status.lost.ticks_disk), drop(cuts, status.lost.cuts_disk);
+    for (Table* table : {&patches, &events}) drop(*table, status.lost.other_disk);
+    for (Table& stream : streams) drop(stream, status.lost.other_disk);
+    drop(pictures, status.lost.pictures_disk);
+  }
 
   template <class Message>
   void add(Table& table, const std::vector<Column<Message>>& columns, const Message& message) {
@@ -128,6 +139,23 @@ struct SessionWriter::Impl {
     table.end_row();
   }
   void add_event(const SessionEvent& event);
+  bool finish(const SessionResult& result);
+
+  /// Does a part of the recorder's work. Without memory, the recording ends and the session continues.
+  template <class Work>
+  void guarded(const Work& work) noexcept {
+    const H5Quiet quiet;
+    try {
+      work();
+    } catch (const std::exception& e) {
+      status.state = WriterStatus::State::kFailed;
+      drop_rows();
+      try {
+        status.message = fmt::format("{}: {}; the session goes on, unrecorded", written_to.string(), e.what());
+      } catch (const std::bad_alloc&) {
+      }
+    }
+  }
 };
 
 void SessionWriter::Impl::create(const SessionHeader& header) {
@@ -168,28 +196,25 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
-  // From here on, the file can be opened even if the program is killed. So a live recording gets its final name now.
-  if (!options.whole_or_nothing) {
-    try {
-      if (journal) journal->start();
-      partial->keep();
-    } catch (const Error&) {
-      ::close(lock_fd);
-      throw;
-    }
-    partial.reset();
-    written_to = file;
-  }
+  if (!options.whole_or_nothing && !options.named_by_start) take_name();
 }
 
-void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
+/// From here on, the file can be opened even if the program is killed.
+void SessionWriter::Impl::take_name() {
+  if (journal) journal->start();
+  partial->keep();
+  partial.reset();
+  written_to = file;
+}
+
+void SessionWriter::Impl::note_tool(const ServoTick& tick) {
   last_tool = tick.tool;
   const H5Quiet quiet;
   add_event(
       {tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
 }
 
-void SessionWriter::Impl::fail_if_gone() noexcept {
+void SessionWriter::Impl::fail_if_gone() {
   struct stat written {
   }, named{};
   if (!open() || partial || lock_fd < 0 || ::fstat(lock_fd, &written) != 0) return;
@@ -353,7 +378,7 @@ bool SessionWriter::Impl::create_loop() {
          set_attribute(loop_safety.get(), "labels", safety_labels());
 }
 
-bool SessionWriter::Impl::write_loop() noexcept {
+bool SessionWriter::Impl::write_loop() {
   const LoopFields f(*loop_unwritten);
   loop_unwritten.reset();
   return overwrite(loop_times, H5T_NATIVE_UINT64, f.times.data()) &&
@@ -365,13 +390,13 @@ bool SessionWriter::Impl::write_loop() noexcept {
          overwrite(loop_safety, H5T_NATIVE_UINT64, f.safety.data());
 }
 
-bool SessionWriter::Impl::write_lost() noexcept {
+bool SessionWriter::Impl::write_lost() {
   if (status.lost == lost_in_file) return true;
   lost_in_file = status.lost;
   return overwrite(lost, H5T_NATIVE_UINT64, as_array(lost_in_file).data());
 }
 
-void SessionWriter::Impl::fail(const std::string& why) noexcept {
+void SessionWriter::Impl::fail(const std::string& why) {
   if (status.state == WriterStatus::State::kFailed) return;
   status.state = WriterStatus::State::kFailed;
   status.message = fmt::format("{}: {}; the session goes on, unrecorded", written_to.string(), why);
@@ -385,7 +410,7 @@ std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
   return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
 
-bool SessionWriter::Impl::disk_has_room() noexcept {
+bool SessionWriter::Impl::disk_has_room() {
   const std::uint64_t free = free_bytes().value_or(UINT64_MAX);
   if (free >= options.disk_reserve) {
     status.state = free < options.disk_low ? WriterStatus::State::kDiskLow : WriterStatus::State::kRecording;
@@ -402,7 +427,7 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
 }
 
 /// Writes the buffered rows of a table. If this fails, the rows are counted as lost.
-bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) noexcept {
+bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) {
   if (open() && disk_has_room()) {
     errno = 0;
     if (table.write()) return true;
@@ -415,7 +440,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
 }
 
 /// Writes all buffered rows. Cuts and patch uses come first, so that the file never contains a tick without its cut.
-void SessionWriter::Impl::write_all() noexcept {
+void SessionWriter::Impl::write_all() {
   const H5Quiet quiet;
   const Nanos begin = now();
   fail_if_gone();
@@ -504,7 +529,7 @@ bool SessionWriter::Impl::close() noexcept {
     dataset->reset();
   errno = 0;
   const bool good = h5.reset();
-  if (!good) fail(reason());
+  if (!good) guarded([&] { fail(reason()); });
   if (lock_fd >= 0) ::close(lock_fd);
   lock_fd = -1;
   return good;
@@ -520,42 +545,48 @@ SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHea
 
 SessionWriter::~SessionWriter() {
   if (impl_->status.state == WriterStatus::State::kFinished) return;
-  impl_->write_all();
-  impl_->close();
+  impl_->guarded([&] { impl_->write_all(); });
+}
+
+void SessionWriter::start() {
+  if (impl_->options.named_by_start) impl_->take_name();
 }
 
 void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
-  for (const ServoTick& tick : ticks) {
-    impl_->add(impl_->ticks, tick_columns(), tick);
-    impl_->last_t = tick.t;
-    if (tick.tool != impl_->last_tool && !impl_->options.rewrites) impl_->note_tool(tick);
-    if (impl_->ticks.full()) impl_->write_all();
-  }
+  impl_->guarded([&] {
+    for (const ServoTick& tick : ticks) {
+      impl_->add(impl_->ticks, tick_columns(), tick);
+      impl_->last_t = tick.t;
+      if (tick.tool != impl_->last_tool && !impl_->options.rewrites) impl_->note_tool(tick);
+      if (impl_->ticks.full()) impl_->write_all();
+    }
+  });
 }
 
 void SessionWriter::append(std::span<const Cut> cuts) noexcept {
-  const H5Quiet quiet;
-  for (const Cut& cut : cuts) {
-    impl_->add(impl_->cuts, cut_columns(), cut);
-    if (impl_->cuts.full()) impl_->write_table(impl_->cuts, impl_->status.lost.cuts_disk);
-  }
+  impl_->guarded([&] {
+    for (const Cut& cut : cuts) {
+      impl_->add(impl_->cuts, cut_columns(), cut);
+      if (impl_->cuts.full()) impl_->write_table(impl_->cuts, impl_->status.lost.cuts_disk);
+    }
+  });
 }
 
 void SessionWriter::append(std::span<const PatchUse> patches) noexcept {
-  const H5Quiet quiet;
-  for (const PatchUse& patch : patches) {
-    impl_->add(impl_->patches, patch_columns(), patch);
-    if (impl_->patches.full()) impl_->write_table(impl_->patches, impl_->status.lost.other_disk);
-  }
+  impl_->guarded([&] {
+    for (const PatchUse& patch : patches) {
+      impl_->add(impl_->patches, patch_columns(), patch);
+      if (impl_->patches.full()) impl_->write_table(impl_->patches, impl_->status.lost.other_disk);
+    }
+  });
 }
 
 void SessionWriter::append(const SessionEvent& event) noexcept {
-  const H5Quiet quiet;
-  impl_->add_event(event);
+  impl_->guarded([&] { impl_->add_event(event); });
 }
 
 void SessionWriter::event(Nanos t, EventKind kind, std::string_view text) noexcept {
-  append(SessionEvent{t, kind, std::string(text)});
+  impl_->guarded([&] { impl_->add_event({t, kind, std::string(text)}); });
 }
 
 void SessionWriter::loop(const LoopReport& report) noexcept {
@@ -563,12 +594,13 @@ void SessionWriter::loop(const LoopReport& report) noexcept {
 }
 
 void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> values) noexcept {
-  const H5Quiet quiet;
-  Table& table = impl_->streams[stream];
-  std::memcpy(table.cell(0), &t, sizeof t);
-  for (std::size_t i = 0; i < values.size(); ++i) std::memcpy(table.cell(i + 1), &values[i], sizeof(double));
-  table.end_row();
-  if (table.full()) impl_->write_table(table, impl_->status.lost.other_disk);
+  impl_->guarded([&] {
+    Table& table = impl_->streams[stream];
+    std::memcpy(table.cell(0), &t, sizeof t);
+    for (std::size_t i = 0; i < values.size(); ++i) std::memcpy(table.cell(i + 1), &values[i], sizeof(double));
+    table.end_row();
+    if (table.full()) impl_->write_table(table, impl_->status.lost.other_disk);
+  });
 }
 
 void SessionWriter::count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept {
@@ -580,81 +612,85 @@ void SessionWriter::count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, s
 }
 
 void SessionWriter::heartbeat() noexcept {
-  if (now() - impl_->last_write >= impl_->options.flush_interval) impl_->write_all();
+  if (now() - impl_->last_write >= impl_->options.flush_interval) flush();
 }
 
 void SessionWriter::flush() noexcept {
-  impl_->write_all();
+  impl_->guarded([&] { impl_->write_all(); });
 }
 
 bool SessionWriter::finish(const SessionResult& result) noexcept {
-  Impl& s = *impl_;
-  if (s.status.state == WriterStatus::State::kFinished) return !s.status.lost.any();
-  s.write_all();
-  const H5Quiet quiet;
-  if (s.open()) {
+  bool whole = false;
+  impl_->guarded([&] { whole = impl_->finish(result); });
+  return whole;
+}
+
+bool SessionWriter::Impl::finish(const SessionResult& result) {
+  if (status.state == WriterStatus::State::kFinished) return !status.lost.any();
+  write_all();
+  if (open()) {
     bool good = true;
-    if (result.has_volumes) good = overwrite(s.volumes_after, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_after).data());
+    if (result.has_volumes) good = overwrite(volumes_after, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_after).data());
     if (result.has_ideal) {
-      good = good && overwrite(s.volumes_ideal, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_ideal).data());
+      good = good && overwrite(volumes_ideal, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_ideal).data());
     }
     if (result.min_pulp_distance >= 0) {
       const double mm = result.min_pulp_distance * 1e3;
-      good = good && overwrite(s.pulp_distance, H5T_NATIVE_DOUBLE, &mm);
+      good = good && overwrite(pulp_distance, H5T_NATIVE_DOUBLE, &mm);
     }
-    good = good && overwrite(s.field_hash, H5T_NATIVE_UINT64, &result.field_hash);
+    good = good && overwrite(field_hash, H5T_NATIVE_UINT64, &result.field_hash);
     for (const SessionPicture& picture : result.pictures) {
-      if (!s.disk_has_room()) {
-        ++s.status.lost.pictures_disk;
+      if (!disk_has_room()) {
+        ++status.lost.pictures_disk;
         continue;
       }
-      const hsize_t count = picture.png.size(), end = s.png_bytes + count;
-      good = good && H5Dset_extent(s.png.get(), &end) >= 0;
+      const hsize_t count = picture.png.size(), end = png_bytes + count;
+      good = good && H5Dset_extent(png.get(), &end) >= 0;
       if (count > 0 && good) {
         H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
-        H5 space(H5Dget_space(s.png.get()), H5Sclose);
-        good = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &s.png_bytes, nullptr, &count, nullptr) >= 0 &&
-               H5Dwrite(s.png.get(), H5T_NATIVE_UINT8, memory.get(), space.get(), H5P_DEFAULT, picture.png.data()) >= 0;
+        H5 space(H5Dget_space(png.get()), H5Sclose);
+        good = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &png_bytes, nullptr, &count, nullptr) >= 0 &&
+               H5Dwrite(png.get(), H5T_NATIVE_UINT8, memory.get(), space.get(), H5P_DEFAULT, picture.png.data()) >= 0;
       }
-      const std::uint64_t offset = s.png_bytes, bytes = count;
-      std::memset(s.pictures.cell(0), 0, kPictureText);
-      std::memcpy(s.pictures.cell(0), picture.name.data(), piece_of(picture.name, kPictureText));
-      std::memset(s.pictures.cell(1), 0, kPictureText);
-      std::memcpy(s.pictures.cell(1), picture.title.data(), piece_of(picture.title, kPictureText));
-      std::memcpy(s.pictures.cell(2), &offset, sizeof offset);
-      std::memcpy(s.pictures.cell(3), &bytes, sizeof bytes);
-      s.pictures.end_row();
-      if (s.pictures.full()) s.write_table(s.pictures, s.status.lost.pictures_disk);
-      s.png_bytes = end;
-      good = good && H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) >= 0;  // the size of a journal is limited
+      const std::uint64_t offset = png_bytes, bytes = count;
+      std::memset(pictures.cell(0), 0, kPictureText);
+      std::memcpy(pictures.cell(0), picture.name.data(), piece_of(picture.name, kPictureText));
+      std::memset(pictures.cell(1), 0, kPictureText);
+      std::memcpy(pictures.cell(1), picture.title.data(), piece_of(picture.title, kPictureText));
+      std::memcpy(pictures.cell(2), &offset, sizeof offset);
+      std::memcpy(pictures.cell(3), &bytes, sizeof bytes);
+      pictures.end_row();
+      if (pictures.full()) write_table(pictures, status.lost.pictures_disk);
+      png_bytes = end;
+      good = good && H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) >= 0;  // the size of a journal is limited
     }
-    s.write_table(s.pictures, s.status.lost.pictures_disk);
-    good = s.write_lost() && good;
+    write_table(pictures, status.lost.pictures_disk);
+    good = write_lost() && good;
     // The attribute "complete" is written last, when the file contains all other data.
     const std::uint64_t one = 1;
     errno = 0;
-    if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {
-      s.fail(s.reason());
+    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(complete, H5T_NATIVE_UINT64, &one)) {
+      fail(reason());
     }
   }
-  s.fail_if_gone();
-  bool whole = s.open() && s.close();
-  if (whole && s.partial) {
+  fail_if_gone();
+  bool whole = open() && close();
+  if (whole && partial) {
     try {
-      s.partial->keep();
+      partial->keep();
     } catch (const Error& error) {
-      s.fail(error.what());
+      fail(error.what());
       whole = false;
     }
   }
   if (!whole) {
-    s.close();
-    s.partial.reset();
+    close();
+    partial.reset();
     return false;
   }
-  s.status.state = WriterStatus::State::kFinished;
-  if (!s.status.lost.any()) return true;
-  s.status.message = fmt::format("{}: the recording lacks {}", s.file.string(), in_words(s.status.lost));
+  status.state = WriterStatus::State::kFinished;
+  if (!status.lost.any()) return true;
+  status.message = fmt::format("{}: the recording lacks {}", file.string(), in_words(status.lost));
   return false;
 }
 

@@ -24,6 +24,8 @@ struct WriterOptions {
   // `disk_reserve` (about two flushes with journal) rows are lost and counted.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
   std::function<std::uint64_t()> free_bytes;  // bytes; empty: asks the file system
+  // A temporary name until start(): only a session that runs replaces an older recording.
+  bool named_by_start = false;
   // A temporary file that finish() renames. For results, not for live sessions.
   bool whole_or_nothing = false;
   // Copies a recording: events are given, not derived from ticks.
@@ -40,14 +42,17 @@ struct WriterStatus {
   std::string message;
 };
 
-/// One thread at a time. The constructor throws Error; then nothing throws: losses are counted in status(), and the
-/// session goes on.
+/// One thread at a time. The noexcept functions count losses in status(), and the session goes on; without memory, the
+/// recording ends. The constructor throws Error.
 class SessionWriter {
  public:
   SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options = {});
   ~SessionWriter();  // writes what is buffered; unfinished, as after a kill
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
+
+  /// Gives the file its name, with named_by_start. Throws Error.
+  void start();
 
   // A tick's cut and patch come first, so the file is complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;

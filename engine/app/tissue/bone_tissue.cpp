@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <thread>
 
 #include "engine/app/assets.h"
+#include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
 
@@ -226,20 +226,13 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
       voxel(dense.at(v.x, v.y, v.z), place(v), scratch.to_jaw[n]);
     }
   };
-  const int blocks = (dense.size.x + kBlock - 1) / kBlock;
-  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::vector<std::jthread> workers;
-  for (int t = 0; t < threads; ++t) {
-    workers.emplace_back([&, t] {
-      Scratch scratch;
-      for (int x = blocks * t / threads; x < blocks * (t + 1) / threads; ++x) {
-        for (int y = 0; y < dense.size.y; y += kBlock) {
-          for (int z = 0; z < dense.size.z; z += kBlock) block({x * kBlock, y, z}, scratch);
-        }
-      }
-    });
-  }
-  workers.clear();
+  const auto slab = [&](std::size_t x) {
+    Scratch scratch;
+    for (int y = 0; y < dense.size.y; y += kBlock) {
+      for (int z = 0; z < dense.size.z; z += kBlock) block({static_cast<int>(x) * kBlock, y, z}, scratch);
+    }
+  };
+  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, 1, SIZE_MAX);
   return dense;
 }
 

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <new>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -107,7 +108,8 @@ struct BytesDriver {
   static H5FD_t* open(const char*, unsigned flags, hid_t access, haddr_t) {
     const auto* bytes = static_cast<const FileBytes* const*>(H5Pget_driver_info(access));
     if (!bytes || flags & H5F_ACC_RDWR) return nullptr;
-    auto* file = new BytesDriver;
+    auto* file = new (std::nothrow) BytesDriver;
+    if (!file) return nullptr;
     file->bytes = *bytes;
     return &file->hdf5;
   }

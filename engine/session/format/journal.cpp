@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <random>
 #include <span>
 
@@ -75,7 +76,12 @@ struct JournaledFile {
 
   bool commit() {
     if (changes.empty()) return true;
-    if (!journal->commit(fd, changes, real_end, end)) return false;
+    try {
+      if (!journal->commit(fd, changes, real_end, end)) return false;
+    } catch (const std::bad_alloc&) {
+      errno = ENOMEM;
+      return journal->fail("its journal");
+    }
     real_end = end;
     changes.clear();
     return true;
@@ -92,7 +98,11 @@ struct JournaledFile {
       if (fd >= 0) ::close(fd);
       return nullptr;
     }
-    auto* file = new JournaledFile;
+    auto* file = new (std::nothrow) JournaledFile;
+    if (!file) {
+      ::close(fd);
+      return nullptr;
+    }
     file->fd = fd;
     file->journal = *journal;
     file->end = file->real_end = static_cast<haddr_t>(info.st_size);
@@ -135,10 +145,16 @@ struct JournaledFile {
       return 0;
     }
     const auto* from = static_cast<const std::byte*>(bytes);
-    if (!file.changes.empty() && file.changes.back().place + file.changes.back().bytes.size() == place) {
-      file.changes.back().bytes.insert(file.changes.back().bytes.end(), from, from + size);
-    } else {
-      file.changes.push_back({place, {from, from + size}});
+    try {  // HDF5 is written in C
+      if (!file.changes.empty() && file.changes.back().place + file.changes.back().bytes.size() == place) {
+        file.changes.back().bytes.insert(file.changes.back().bytes.end(), from, from + size);
+      } else {
+        file.changes.push_back({place, {from, from + size}});
+      }
+    } catch (const std::bad_alloc&) {
+      errno = ENOMEM;
+      file.journal->fail("the recorder");
+      return -1;
     }
     return 0;
   }
