@@ -10,6 +10,7 @@
 
 #include "engine/base/clock.h"
 #include "engine/bindings/c/objects.h"
+#include "engine/contract/session_length.h"
 
 namespace typodont::bindings {
 
@@ -17,7 +18,8 @@ namespace {
 
 constexpr const char* kSampleAndTick = "sample, tick or cut: NULL, or struct_size is not that of the struct";
 constexpr const char* kBadPose =
-    "a pose or a pedal that is not a number, too far away, or no unit quaternion: no force";
+    "a pose or a pedal that is not a number, too far away, or no unit quaternion, or a time that runs backwards or is "
+    "more than a day: no force";
 constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such place";
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
@@ -59,8 +61,13 @@ void prefetch(typodont_tick& out) noexcept {
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
 }
 
-haptics::HandSample to_hand(const typodont_sample& sample) noexcept {
-  return {sample.t_ns, to_pose(sample.X_WT), sample.pedal, sample.tool};
+/// A time that runs backwards or leaves the longest session makes the pose invalid, and stays at `last`.
+haptics::HandSample to_hand(const typodont_sample& sample, Nanos last) noexcept {
+  haptics::HandSample hand{sample.t_ns, to_pose(sample.X_WT), sample.pedal, sample.tool};
+  if (hand.t >= last && to_seconds(hand.t) <= kLongestSession) return hand;
+  hand.t = last;
+  hand.X_WT.p = dvec3(std::numeric_limits<double>::quiet_NaN());
+  return hand;
 }
 
 typodont_result answer(const ServoTick& tick, bool did_cut, const Cut& made, typodont_tick* out,
@@ -187,7 +194,7 @@ typodont_result typodont_core_tick(typodont_core* core, const typodont_sample* s
     if (c.shared->patch) return fail(TYPODONT_BAD_INPUT, kGivenAway);
     const IeeeArithmetic ieee;
     prefetch(*out);
-    const bool did_cut = c.step(to_hand(*sample));
+    const bool did_cut = c.step(to_hand(*sample, c.tick.t));
     return answer(c.tick, did_cut, c.cut, out, cut);
   });
 }
@@ -246,7 +253,7 @@ typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample
   if (sample->tool >= s.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
   const IeeeArithmetic ieee;
   s.side.take_patch(*s.shared->patch, now());
-  const bool did_cut = s.shared->steps.servo().tick(to_hand(*sample), s.tick, s.cut);
+  const bool did_cut = s.shared->steps.servo().tick(to_hand(*sample, s.tick.t), s.tick, s.cut);
   s.tick.cpu_time = 0;
   s.side.write(s.tick, did_cut ? &s.cut : nullptr);
   return answer(s.tick, did_cut, s.cut, out, cut);

@@ -214,8 +214,9 @@ TYPODONT_API typodont_result typodont_core_new(typodont_scene* scene, typodont_h
 TYPODONT_API typodont_result typodont_core_free(typodont_core* core);
 
 /* Computes one tick on this thread: first the servo, then the tissue. The same samples give the same bits. `cut` may be
- * NULL. The function allocates. If the pose or the pedal contains a value that is not a number, or the quaternion is no
- * unit quaternion, the result is TYPODONT_BAD_INPUT: the tick has zero force, and `out` is filled. */
+ * NULL. The function allocates. If the pose or the pedal contains a value that is not a number, the quaternion is no
+ * unit quaternion, or the time is negative, before that of the last tick or more than a day, the result is
+ * TYPODONT_BAD_INPUT: the tick has zero force, and `out` is filled. */
 TYPODONT_API typodont_result typodont_core_tick(typodont_core* core, const typodont_sample* sample, typodont_tick* out,
                                                 typodont_cut* cut);
 /* Computes up to `capacity` ticks with the samples of the hand and writes them to `ticks` (NULL: to nowhere). At the

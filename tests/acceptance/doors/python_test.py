@@ -108,6 +108,24 @@ class Errors(unittest.TestCase):
                 core.tick(0.001, (float("nan"), 0, 0))
             self.assertEqual(core.tick(0.002, (0, 0, 2.7))["faults"], 0)
 
+    def test_a_clock_that_runs_backwards_or_too_far_raises_and_the_recording_is_readable(self):
+        with tempfile.TemporaryDirectory() as folder, typodont.Scene(BALL) as scene:
+            file = os.path.join(folder, "s.h5")
+            with scene.core() as core:
+                core.record(file)
+                core.tick(1, (0, 0, 2.7))
+                for t in (0.5, -1, 1e6):
+                    with self.assertRaises(typodont.BadInput):
+                        core.tick(t, (0, 0, 2.7))
+                self.assertEqual(core.tick(1.001, (0, 0, 2.7))["faults"], 0)
+                core.finish()
+            with typodont.Session(file) as session:
+                self.assertEqual(list(session.ticks()["t_ns"]), [10**9] * 4 + [1001 * 10**6])
+
+    def test_an_error_whose_text_is_not_utf8_raises_the_right_exception(self):
+        with self.assertRaises(typodont.BadInput):
+            typodont.Scene(os.fsdecode(b"/nowhere/\xff.json"))
+
     def test_what_was_closed_raises(self):
         with typodont.Scene(BALL) as scene:
             core = scene.core()
@@ -145,11 +163,20 @@ class Tissue(unittest.TestCase):
             for part in whole:
                 away = np.linalg.norm(part.vertices["position"], axis=1)
                 np.testing.assert_allclose(away, 2e-3, atol=2e-5)
+            before = [part.vertices.copy() for part in whole]
             core.run(hand)
             changed = core.mesh()
             self.assertLess(len(changed), len(whole))
             self.assertGreater(len(changed), 0)
             self.assertEqual(core.mesh(), [])
+        for part, vertices in zip(whole, before):  # also after the core was closed
+            np.testing.assert_array_equal(part.vertices, vertices)
+
+    def test_points_of_another_shape_raise(self):
+        with typodont.Scene(BALL) as scene, scene.core() as core:
+            for shape in ((20000, 2), (40000, 1), (5,), (2, 2, 3)):
+                with self.assertRaises(typodont.BadInput):
+                    core.distance(np.zeros(shape))
 
     def test_distances_and_volumes_are_those_of_the_ball(self):
         with typodont.Scene(BALL) as scene, scene.core() as core:

@@ -66,7 +66,7 @@ _EXCEPTIONS = {
 
 
 def text(pointer: Any) -> str:
-    return str(ffi.string(pointer).decode()) if pointer else ""
+    return str(ffi.string(pointer).decode(errors="replace")) if pointer else ""
 
 
 def check(result: int) -> int:
@@ -78,7 +78,7 @@ def check(result: int) -> int:
 
 
 def bytes_of(value: str | os.PathLike[str] | None) -> Any:
-    return ffi.NULL if value is None else os.fspath(value).encode()
+    return ffi.NULL if value is None else os.fsencode(value)
 
 
 def struct(name: str, **values: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, Mapping, NamedTuple, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ._native import Handle, bytes_of, check, dtype, ffi, lib, made, struct, text
+from ._native import BadInput, Handle, bytes_of, check, dtype, ffi, lib, made, struct, text
 from .pictures import draw, view_of, with_files
 from .ticks import TICK, TISSUES, Ticks
 
@@ -125,7 +125,7 @@ class Scene(Handle):
 
 
 class Mesh(NamedTuple):
-    """Triangles of one brick. The arrays are views of the library's memory, valid until the next mesh()."""
+    """Triangles of one brick."""
 
     brick: tuple[int, int, int]
     vertices: NDArray[Any]  # position (m), normal, tissue (2), second
@@ -207,16 +207,16 @@ class Core(Handle):
         parts, count = ffi.new("const typodont_mesh_part **"), ffi.new("size_t *")
         check(lib.typodont_core_mesh(self._handle, parts, count))
 
-        def view(pointer: Any, n: int, kind: Any) -> NDArray[Any]:
+        def copy(pointer: Any, n: int, kind: Any) -> NDArray[Any]:
             if not n:
                 return np.empty(0, kind)
-            return np.frombuffer(ffi.buffer(pointer, n * kind.itemsize), kind)
+            return np.frombuffer(ffi.buffer(pointer, n * kind.itemsize), kind).copy()
 
         meshes = []
         for i in range(count[0]):
             part = parts[0][i]
-            meshes.append(Mesh((part.brick[0], part.brick[1], part.brick[2]), view(part.vertices, part.vertex_count, _VERTEX),
-                               view(part.indices, part.index_count, np.dtype("u4")).reshape(-1, 3)))
+            meshes.append(Mesh((part.brick[0], part.brick[1], part.brick[2]), copy(part.vertices, part.vertex_count, _VERTEX),
+                               copy(part.indices, part.index_count, np.dtype("u4")).reshape(-1, 3)))
         return meshes
 
     def _field(self) -> Any:
@@ -243,6 +243,8 @@ class Core(Handle):
     def distance(self, p_mm: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Signed distance (mm) and tissue number at n × 3 points (mm, W)."""
         points = np.ascontiguousarray(np.atleast_2d(np.asarray(p_mm, float)) * 1e-3)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise BadInput(f"points of shape {np.shape(p_mm)}: expected n × 3")
         distance, tissue = np.empty(len(points)), np.empty(len(points), np.uint8)
         check(lib.typodont_core_query(self._handle, ffi.from_buffer("double[]", points), len(points),
                                       ffi.from_buffer("double[]", distance), ffi.from_buffer("uint8_t[]", tissue)))
