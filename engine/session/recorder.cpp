@@ -118,7 +118,7 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// Ends the recording if the session file was removed or replaced by another file.
+  /// Ends the recording if the session file was removed, replaced by another file or shortened.
   void fail_if_gone();
 
   /// Counts the rows in the buffers as lost, so that there is room for the next ones.
@@ -220,6 +220,8 @@ void SessionWriter::Impl::fail_if_gone() {
   if (!open() || partial || lock_fd < 0 || ::fstat(lock_fd, &written) != 0) return;
   if (::stat(written_to.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev)
     fail("it was deleted or replaced while it was recorded");
+  else if (journal && static_cast<std::uint64_t>(written.st_size) < journal->length())
+    fail("it was shortened by another program while it was recorded");
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {

@@ -232,6 +232,28 @@ TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderO
   EXPECT_FALSE(half_written());
 }
 
+#ifndef __SANITIZE_ADDRESS__  // which needs terabytes of address space
+TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecordingAndCrashesNever) {
+  make_session();
+  const std::string before = read_text(folder / "s.h5");
+  int failed = 0;
+  for (int megabytes = 230; megabytes <= 310; megabytes += 5) {
+    const Ran ran =
+        run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record {}/s.h5",
+            fmt::format("env -u DISPLAY sh -c 'ulimit -v {}; exec timeout 60 \"$@\"' sh", megabytes * 1000));
+    if (ran.status == 0) {
+      folder.write("s.h5", before);
+      continue;
+    }
+    ++failed;
+    EXPECT_EQ(ran.status, 1) << megabytes << " MB: " << ran.err;
+    EXPECT_EQ(read_text(folder / "s.h5"), before) << megabytes << " MB: " << ran.err;
+  }
+  EXPECT_GT(failed, 0);
+  EXPECT_FALSE(half_written());
+}
+#endif
+
 TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
   GrowingFile recording(folder / "live.h5");

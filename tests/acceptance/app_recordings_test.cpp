@@ -19,6 +19,7 @@ namespace typodont {
 namespace {
 
 using namespace test;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -217,6 +218,17 @@ TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
   EXPECT_EQ(forged.status, 1);
   EXPECT_THAT(forged.err, HasSubstr("the replay differs: removed_enamel_m3 of cut 51"));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("differs from this recording: removed_enamel_m3 of cut 51"));
+}
+
+TEST_F(Recordings, ATextOfARecordingIsNoFormulaOfASpreadsheetAndNoFolderOfAUserStandsInAReport) {
+  std::filesystem::create_directories(folder / "school");
+  folder.write("school/=1+1.json", std::string(kScene).replace(9, 6, R"("=1+1")"));
+  const Ran ran = folder.run(fmt::format("servo {0}/school/=1+1.json --hand {0}/hand.csv --out {0}/school/s.h5", at()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  ASSERT_EQ(folder.run(fmt::format("rescore {0}/school --out {0}/t.csv", at())).status, 0);
+  EXPECT_THAT(read_text(folder / "t.csv"), AllOf(HasSubstr(",'=1+1,"), Not(HasSubstr(",=1+1"))));
+  ASSERT_EQ(folder.run(fmt::format("report {0}/school/s.h5 --out {0}/r.html", at())).status, 0);
+  EXPECT_THAT(read_text(folder / "r.html"), AllOf(HasSubstr("hand.csv"), Not(HasSubstr(at()))));
 }
 
 TEST_F(Recordings, CutsInsertedFromAnotherSessionAreDetected) {

@@ -240,6 +240,12 @@ TEST(EvenSample, IsExactWhileItFitsAndLaterEvenlySpreadOverTheWholeLength) {
     EXPECT_NEAR(many.quantile(fraction), fraction * n, 1e-4 * n) << fraction;
 }
 
+TEST(Log, ControlCharactersOfANameDoNotReachTheTerminal) {
+  testing::internal::CaptureStderr();
+  log::warn("left out: {}", "a\x1b]0;title\a\rb.h5");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "warning: left out: a?]0;title??b.h5\n");
+}
+
 TEST(Log, AMessageForWhichThereIsNoRoomIsDroppedCountedAndStatedLater) {
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);

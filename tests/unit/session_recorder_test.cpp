@@ -331,6 +331,35 @@ TEST(SessionWriter, ADeletedOrReplacedRecordingIsReportedAtTheNextWrite) {
   }
 }
 
+TEST(SessionWriter, ARecordingThatAnotherProgramShortensIsReportedAtTheNextWrite) {
+  TemporaryFolder folder;
+  SessionWriter writer(folder / "s.h5", some_header());
+  writer.append(random_ticks(1000, 3));
+  writer.flush();
+  std::filesystem::resize_file(folder / "s.h5", std::filesystem::file_size(folder / "s.h5") - 1);
+  writer.append(random_ticks(100, 4));
+  writer.flush();
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kFailed);
+  EXPECT_THAT(writer.status().message, testing::HasSubstr("shortened by another program"));
+  EXPECT_FALSE(writer.finish({}));
+}
+
+TEST(SessionWriter, ARecordingThatIsNamedByItsStartLeavesAnOlderOneUntilThen) {
+  TemporaryFolder folder;
+  WriterOptions options;
+  options.named_by_start = true;
+  std::ofstream(folder / "s.h5", std::ios::binary) << "\x89HDF\r\n\x1a\n an older recording";
+  const std::string older = bytes_of(folder / "s.h5");
+  { SessionWriter writer(folder / "s.h5", some_header(), options); }
+  EXPECT_EQ(bytes_of(folder / "s.h5"), older);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 1);
+  SessionWriter writer(folder / "s.h5", some_header(), options);
+  writer.start();
+  EXPECT_NE(bytes_of(folder / "s.h5"), older);
+  writer.append(random_ticks(100, 4));
+  EXPECT_TRUE(writer.finish({}));
+}
+
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
   WriterOptions options;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -170,6 +171,21 @@ TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsDisconnected) {
   nonsense.say("PUT / HTTP/1.1\r\n\r\n");
   turn_until(stream, [&] { return !nonsense.status().empty(); });
   EXPECT_EQ(nonsense.status(), "HTTP/1.1 400 Bad Request");
+}
+
+TEST(StateStream, ConnectionsThatAskForNothingDoNotKeepAReaderAway) {
+  StateStream stream({"ws:0"}, kSession);
+  std::vector<std::unique_ptr<Client>> silent;
+  for (int i = 0; i < 40; ++i) {
+    silent.push_back(std::make_unique<Client>(stream.port()));
+    stream.turn();
+  }
+  Client client(stream.port());
+  client.greet();
+  const Nanos begin = now();
+  turn_until(stream, [&] { return stream.counts().readers == 1; });
+  EXPECT_EQ(client.status(), "HTTP/1.1 101 Switching Protocols");
+  EXPECT_LT(now() - begin, kNanosPerSecond / 2);
 }
 
 TEST(StateStream, AWebPageFromAnotherOriginIsRefused) {

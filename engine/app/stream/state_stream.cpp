@@ -388,6 +388,11 @@ void StateStream::turn() {
       Reader reader{Socket(fd), "", "", false, now(), false};
       const int yes = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+      // Connections that have not asked for anything do not keep a reader away.
+      if (impl_->readers.size() >= kMostReaders)
+        if (const auto silent = std::ranges::find(impl_->readers, false, &Reader::greeted);
+            silent != impl_->readers.end())
+          impl_->readers.erase(silent);
       if (impl_->readers.size() < kMostReaders) impl_->readers.push_back(std::move(reader));
     }
   }

@@ -164,7 +164,7 @@ struct JournaledFile {
     if (!file.commit()) return -1;
     if (file.end_of_addresses == file.end) return 0;
     if (ftruncate(file.fd, static_cast<off_t>(file.end_of_addresses)) != 0) return -1;
-    file.end = file.real_end = file.end_of_addresses;
+    file.end = file.real_end = file.journal->length_ = file.end_of_addresses;
     return 0;
   }
   // The driver ignores HDF5's requests for locks, because recordings have their own lock (layout.h).
@@ -258,6 +258,7 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     if (!write_all(file, change.bytes.data(), change.bytes.size(), change.place)) return fail("the file");
   if (fdatasync(file) != 0) return fail("the file");
   needed_ = false;
+  length_ = new_end;
   return true;
 }
 

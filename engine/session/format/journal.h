@@ -35,6 +35,8 @@ class Journal {
   /// 32 random hexadecimal digits. The recorder writes them to the beginning of the session file before start(), and
   /// the journal contains them too, so that it can be applied to no other recording.
   const std::string& recording() const { return recording_; }
+  /// Length of the session file after the last flush.
+  std::uint64_t length() const { return length_; }
 
  private:
   friend struct JournaledFile;
@@ -46,6 +48,7 @@ class Journal {
   std::filesystem::path path_;
   std::string recording_;
   int fd_ = -1;
+  std::uint64_t length_ = 0;
   bool started_ = false, needed_ = false;  // needed_: the file still lacks a part of the last commit
   std::string failure_;
 };

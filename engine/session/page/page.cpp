@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 
 #include "engine/base/json.h"
 #include "engine/contract/safety_event.h"
@@ -194,7 +195,11 @@ void Page::details() {
     if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
   };
   entry("scene", escaped(scene_name_));
-  entry("hand", escaped(h.hand));
+  // Folders can name users and patients.
+  const auto file_name = [](const std::string& path) {
+    return escaped(std::filesystem::path(path).filename().string());
+  };
+  entry("hand", file_name(h.hand));
   std::vector<std::string> texts;
   for (const auto& tool : h.tools)
     texts.push_back(fmt::format("{} ({})", escaped(tool_text(tool, language)), escaped(tool)));
@@ -207,7 +212,7 @@ void Page::details() {
   for (const auto& [name, seed] : h.seeds) texts.push_back(fmt::format("{} {}", escaped(name), seed));
   entry("seeds", fmt::format("{}", fmt::join(texts, ", ")));
   texts.clear();
-  for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
+  for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", file_name(f.path), escaped(f.hash)));
   entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
   using State = Verification::State;
   if (options_.verification.state == State::kIdentical) entry("verification", say("verification.identical"));
