@@ -45,6 +45,7 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
     target_link_libraries(stress_program PRIVATE typodont_render)
   endif()
 endif()
+typodont_test(property_app_world KIND property SOURCES property/app_world_test.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(bench_expert KIND bench SOURCES bench/expert_bench_test.cpp LIBS typodont_app)
 typodont_test(unit_app_mouse KIND unit SOURCES unit/app_mouse_hand_test.cpp support/mouse_user.cpp LIBS typodont_app)
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp unit/app_mirror_fog_test.cpp LIBS typodont_app)

@@ -9,16 +9,14 @@
 #include "engine/app/assets.h"
 #include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/hud_text.h"
-#include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/eye_size.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/review/session_report.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/sound_link.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
@@ -87,13 +85,12 @@ render::Quality film_quality() {
 }
 
 /// Writes the pictures of one moment: the picture of each eye, and the picture on the screen.
-void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
-                    const std::string& hint, const fs::path& folder, const std::string& name,
-                    std::vector<session::SessionPicture>& kept, const std::string& title) {
+void write_pictures(PictureStage& stage, World& world, const Look& look, const fs::path& folder,
+                    const std::string& name, std::vector<session::SessionPicture>& kept, const std::string& title) {
   // The pictures of the demo have the best quality. The film has a lower quality because of its many frames.
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
-  stage.draw(tick, particles, 0, hint);
+  stage.draw(world, look);
   for (const int eye : {0, 1}) {
     render::Picture picture = stage.eye(eye);
     stage.write_over(picture);
@@ -109,14 +106,6 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
   constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
   return hud_text(language, "caries_left",
                   session::number_text(100 * tissue.volumes()[kCaries] / before[kCaries], 1, language));
-}
-
-std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(picture.rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    rgb.insert(rgb.end(), picture.rgba.begin() + i, picture.rgba.begin() + i + 3);
-  return rgb;
 }
 
 }  // namespace
@@ -147,12 +136,11 @@ void run_demo(const DemoOptions& options) {
   look.handpieces = scene.handpieces;
   look.language = options.language;
   PictureStage stage(rig, scene.servo, look);
-  const Surroundings around = make_surroundings(scene.surroundings);
-  stage.surround(around);
   haptics::SoftTissue* const soft = loop.servo().soft();
-  std::optional<SoftGumView> gum;
-  if (soft) gum.emplace(soft->shared_surface(), around);
-  stage.hold_mirror(scene.mouth_mirror);
+  World world(scene, soft ? soft->shared_surface() : nullptr);
+  if (scene.needs("debris")) world.add_debris(volume);
+  stage.surround(world.surroundings());
+  if (soft) world.follow_gum([soft](SoftGumView& gum) { gum.take(*soft); });
   TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
   const std::vector<render::MeshUpdate> first = view.update(loop.carver());
   stage.show(first, volume.frame().origin);
@@ -171,10 +159,7 @@ void run_demo(const DemoOptions& options) {
   session::SessionWriter recorder(session_file, header, whole);
   recorder.event(0, session::EventKind::kNote, sound.about());
   TickNotes notes(scene, 0);
-  DebrisView debris(scene.servo.materials, volume, water_of(scene, around));
-  stage.hold_suction(scene.suction_tip);
-  if (scene.suction_on) debris.suck(scene.suction);
-  sound.water(debris.spraying(), scene.suction_on && scene.suction ? scene.suction->flow : 0);
+  sound.water(world.water().spray, world.suction_flow());
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text that the last pictures show
 
@@ -198,48 +183,41 @@ void run_demo(const DemoOptions& options) {
     recorder.append({&tick, 1});
     notes.add(tick, recorder);
     tapes.servo.write(tick);
-    if (did_cut) debris.add(cut, haptics::tool_set(scene.servo)[cut.tool]);
+    if (did_cut) world.apply(cut);
     for (const LoosePiece& piece : loop.carver().take_pieces()) {
       recorder.append(event_of(piece));
-      debris.add(piece);
+      world.apply(piece);
     }
+    world.apply(tick);
 
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     recorder.heartbeat();
     sound.advance(tick.t);
-    debris.hold(tick, haptics::tool_set(scene.servo)[tick.tool]);
-    debris.step(1 / options.fps);
-    stage.show_film(debris.film());
     stage.show(view.update(loop.carver()), volume.frame().origin);
     (void)loop.carver().volume();  // The call updates the distance field, which the student's hand and the hints read.
-    if (gum) {
-      gum->take(*soft);
-      gum->follow(tick.t);
-      stage.show_gum(*gum);
-    }
     using Phase = Student::Phase;
     if (student.phase() == Phase::kAway && end.empty())
       end = result_text(volume, header.volumes_before, options.language);
-    const std::string hint = student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
-                             : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
-                                                                : end;
-    stage.draw(tick, debris.particles(), 1 / options.fps, hint);
+    world.say(student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
+              : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
+                                                 : end);
+    stage.draw(world);
     const render::Picture screen = stage.screen();
     const render::Picture left = stage.eye(0);
     if (!film) {
       film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
       mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
     }
-    film->add(rgb_of(screen));
-    mono->add(rgb_of(left));
+    film->add(screen.rgba);
+    mono->add(left.rgba);
     ++frames;
     const bool drilling = student.phase() == Student::Phase::kDrill;
     time_left.drew(to_seconds(now() - last_picture), drilling);
     last_picture = now();
     const auto take_pictures = [&](const char* name, const char* title) {
-      write_pictures(stage, tick, debris.particles(), hint, options.out, name, pictures, title);
+      write_pictures(stage, world, {}, options.out, name, pictures, title);
       time_left.took_pictures(to_seconds(now() - last_picture));
       last_picture = now();
     };
@@ -265,8 +243,8 @@ void run_demo(const DemoOptions& options) {
   }
   stage.show(view.update(loop.carver()), volume.frame().origin);
   (void)loop.carver().volume();
-  write_pictures(stage, tick, {}, result_text(volume, header.volumes_before, options.language), options.out, "after",
-                 pictures, "After");
+  world.say(result_text(volume, header.volumes_before, options.language));
+  write_pictures(stage, world, {.debris = false}, options.out, "after", pictures, "After");
   sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);

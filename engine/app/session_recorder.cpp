@@ -217,12 +217,29 @@ session::SessionEvent event_of(const StrokeEdit& edit) {
 
 session::SessionEvent event_of(const LoosePiece& piece) {
   nlohmann::ordered_json text{{"cut", piece.cut}};
-  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(std::round(piece.center_W[axis] * 1e6) / 1e3);
+  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(piece.center_W[axis] / kMillimetre);
+  text["radius_mm"] = piece.radius / kMillimetre;
   for (int i = 1; i < kTissueCount; ++i) {
     const double mm3 = piece.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
     if (mm3 > 0) text["mm3"][std::string(name_of(static_cast<Tissue>(i)))] = mm3;
   }
   return {piece.t, session::EventKind::kPiece, text.dump()};
+}
+
+std::optional<LoosePiece> piece_of(const session::SessionEvent& event) {
+  if (event.kind != session::EventKind::kPiece) return std::nullopt;
+  const Json json = Json::parse(event.text, "session event");
+  json.allow_only({"cut", "center_mm", "radius_mm", "mm3"});
+  LoosePiece piece;
+  piece.cut = static_cast<std::uint64_t>(json["cut"].number(0, 1e15));
+  piece.t = event.t;
+  piece.center_W = json["center_mm"].vec3() * kMillimetre;
+  piece.radius = json["radius_mm"].number(0, 1e3) * kMillimetre;
+  if (const auto volumes = json.find("mm3"))
+    for (int i = 1; i < kTissueCount; ++i)
+      if (const auto volume = volumes->find(std::string(name_of(static_cast<Tissue>(i)))))
+        piece.removed[static_cast<std::size_t>(i)] = volume->number(0, 1e6) * kCubicMillimetre;
+  return piece;
 }
 
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {

@@ -76,8 +76,11 @@ std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 /// Returns all undos and redos of a recording, in order.
 std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
 
-/// Makes the event for a loose piece of tissue. Only the report uses this event; a replay computes the piece again.
+/// Converts a loose piece of tissue to an event of the recording, and back, for pictures and reports; a replay computes
+/// the piece again. For an event of another kind, piece_of() returns an empty optional. Throws Error if the text of the
+/// event is damaged.
 session::SessionEvent event_of(const LoosePiece& piece);
+std::optional<LoosePiece> piece_of(const session::SessionEvent& event);
 
 /// A reader of all tapes. Only one thread at a time may use it.
 class SessionRecorder {

@@ -19,9 +19,9 @@
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
 #include "engine/app/headset/xr_session.h"
-#include "engine/app/hud_text.h"
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
@@ -179,6 +179,11 @@ struct Workbench::Impl {
   void report_hand();
   double caught() const;
   std::string hint() const;
+  ServoTick tool_at_start() const {
+    ServoTick start;
+    start.X_WT.p = start.X_WG.p = above;
+    return start;
+  }
   void follow_implant_key(int key);
   void take_phase_tool();
   ImplantStatus implant_status() const;
@@ -290,7 +295,7 @@ void Workbench::Impl::set_up() {
                                          .language = options.language,
                                          .quality = options.quality,
                                          .device = options.device},
-                    s, above, hands.left != nullptr);
+                    s, tool_at_start());
     if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   // The recording has a temporary name until the session's threads exist. A session that cannot start leaves no file.
@@ -325,7 +330,9 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
     throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");
   o.debris = s.debris;
   o.work_W = above;
-  o.start.X_WT.p = o.start.X_WG.p = above;
+  o.start = tool_at_start();
+  o.force_in_hud = !options.steered;
+  o.language = options.language;
   headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
   for (std::string& line : headset->explanations()) explain(std::move(line));
   if (o.tool_hand < 0 && !rig->hmd.X_WD)
@@ -336,7 +343,7 @@ void Workbench::Impl::start() {
   // The carver thread (which updates the tissue) offers the first patch (copy of the tissue around the tool) before the
   // servo's first tick.
   LiveSession& s = *session;
-  tick.X_WT.p = tick.X_WG.p = above;
+  tick = tool_at_start();
   s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
@@ -364,8 +371,9 @@ void Workbench::Impl::start() {
   const session::Language language = options.language;
   keys.push_back(hud_text(language, "undo"));
   if (picture && !options.operated) keys.push_back(hud_text(language, "view"));
-  if (picture && picture->shows_debris()) keys.push_back(hud_text(language, "suction"));
-  if (picture && picture->has_spray()) keys.push_back(hud_text(language, "water"));
+  if (picture && picture->world().debris()) keys.push_back(hud_text(language, "suction"));
+  if (picture && picture->world().debris() && picture->world().debris()->has_spray())
+    keys.push_back(hud_text(language, "water"));
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
 }
 
@@ -410,7 +418,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;
   try {
-    if (sound && picture) sound->water(picture->spraying(), picture->suction_flow());
+    if (sound && picture) sound->water(picture->world().water().spray, picture->world().suction_flow());
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
       std::this_thread::sleep_for(10ms);
@@ -419,8 +427,9 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (headset) {
       if (picture) {
         picture->collect();
-        picture->draw_own(tick, 0.01, summary.work);
+        picture->draw_own(summary.work);
       }
+      headset->say(hint());
       return headset->step();
     }
     const display::UserInput own = options.embedded ? display::UserInput() : picture->stage()->output().poll();
@@ -435,7 +444,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     // the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
-    picture->draw(tick, hint(), summary.work);
+    picture->draw(hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
     if (options.device) throw;  // the operator's window creates a new GPU device for itself and for the session
@@ -504,8 +513,10 @@ std::string Workbench::Impl::hint() const {
       parts.push_back(words("motors", number(100 * loop.heat, 0), number(loop.bearable_force, 1)));
       if (!loop.armed) parts.push_back(words("not_armed"));
     }
-    if (picture && picture->sucking()) parts.push_back(words("suction_on"));
-    if (picture && picture->has_spray() && !picture->spraying()) parts.push_back(words("water_off"));
+    if (picture && picture->world().water().suction) parts.push_back(words("suction_on"));
+    if (picture && picture->world().debris() && picture->world().debris()->has_spray() &&
+        !picture->world().water().spray)
+      parts.push_back(words("water_off"));
     if (picture && picture->ladder().changes() > 0) {
       const std::string step = fmt::format("op.quality.{}", picture->ladder().step().name);
       parts.push_back(words("quality", session::text(step, language)));
@@ -520,7 +531,7 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);
     if (key == kGoOnKey) hold(false);
-    if (key == kViewKey && !options.operated) picture->show_next_view(tick);
+    if (key == kViewKey && !options.operated) picture->show_next_view();
     if (key == kSuctionKey) picture->switch_suction();
     if (key == kSprayKey) picture->switch_spray();
     if (implant) follow_implant_key(key);

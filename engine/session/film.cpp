@@ -117,7 +117,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
     return;
   }
   ffmpeg = *found;
-  frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 3;
+  frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 4;
   // A socket is used instead of a pipe, because send() can suppress the signal SIGPIPE, which the system sends if the
   // encoder has ended.
   int ends[2];
@@ -126,7 +126,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
     return;
   }
   encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format",
-                   "rgb24", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
+                   "rgb0", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
                    fmt::format("{}", options.fps), "-i", "pipe:0",
                    // The pixel format 4:2:0, which every player can decode, requires even width and height.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
@@ -163,15 +163,15 @@ FilmWriter::~FilmWriter() {
   if (impl_->encoder > 0) impl_->stop_encoder(good);
 }
 
-bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
+bool FilmWriter::add(std::span<const std::uint8_t> rgba) noexcept {
   Impl& s = *impl_;
   if (s.input < 0) return false;
-  if (rgb.size() != s.frame_bytes) {
-    s.message = fmt::format("no film: a frame of {} bytes, expected {}", rgb.size(), s.frame_bytes);
+  if (rgba.size() != s.frame_bytes) {
+    s.message = fmt::format("no film: a frame of {} bytes, expected {}", rgba.size(), s.frame_bytes);
     return false;
   }
-  while (!rgb.empty()) {
-    const ssize_t n = send(s.input, rgb.data(), rgb.size(), MSG_NOSIGNAL);
+  while (!rgba.empty()) {
+    const ssize_t n = send(s.input, rgba.data(), rgba.size(), MSG_NOSIGNAL);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       bool good = false;
@@ -179,7 +179,7 @@ bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
       s.message = fmt::format("no film: ffmpeg gave up: {}", s.complaint());
       return false;
     }
-    rgb = rgb.subspan(static_cast<std::size_t>(n));
+    rgba = rgba.subspan(static_cast<std::size_t>(n));
   }
   ++s.frames;
   return true;

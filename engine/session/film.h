@@ -25,9 +25,9 @@ class FilmWriter {
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  /// Adds a frame. `rgb` has width × height × 3 bytes in sRGB, with the top row first. Returns false if no encoder is
-  /// running.
-  bool add(std::span<const std::uint8_t> rgb) noexcept;
+  /// Adds a frame. `rgba`: width × height × 4 bytes in sRGB, the top row first; alpha is ignored. Returns false if no
+  /// encoder is running.
+  bool add(std::span<const std::uint8_t> rgba) noexcept;
   /// Adds the sound `wav` if given, and completes the file. Returns true if the film exists; otherwise message() states
   /// the reason.
   bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "engine/app/session_recorder.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
@@ -145,6 +146,37 @@ TEST_F(Pieces, ALooseCapFallsOffCountsAsRemovedAndIsReplayed) {
   const ServoTick last = session.ticks(session.tick_count() - 1, 1).front();
   EXPECT_NEAR(before - after, total(last.removed), 1e-5 * before);
   expect_replayed();
+}
+
+TEST_F(Pieces, EveryCommandThatRecordsRecordsAllThatLeftTheTissue) {
+  // The exercise is a slot through a bar; its end falls off.
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [
+      {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -0.3], "size_mm": [6, 1.6, 0.6]}}},
+      {"tissue": "caries", "solid": {"box": {"center_mm": [1.6, 0, -0.3], "size_mm": [1.0, 1.8, 0.8]}}}]},
+    "task": {"title": "Slot", "goal": "Cut off the end", "ideal": {"remove_tissue": ["caries"], "grow_mm": 0.1}},
+    "tool": {"shape": "sphere", "diameter_mm": 0.9}, "spindle_krpm": 300, "parts": ["haptics", "record"]})");
+  const std::string at = folder.path().string();
+  for (const auto& [command, file] : std::vector<std::pair<std::string, std::string>>{
+           {"servo {0}/scene.json --hand expert: --out {0}/servo.h5", "servo.h5"},
+           {"replay {0}/servo.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 4}}}}' --out {0}/with.h5",
+            "with.h5"},
+           {"demo --scene {0}/scene.json --fps 1 --size 160x90 --out {0}/demo", "demo/session.h5"},
+           {"run {0}/scene.json --hand expert: --pedal none --audio none: --record {0}/live.h5 --seconds 12",
+            "live.h5"}}) {
+    const Ran ran = folder.run(fmt::format(fmt::runtime(command), at));
+    ASSERT_EQ(ran.status, 0) << command << ran.err;
+    const session::SessionReader session(folder / file);
+    double left = 0;
+    int pieces = 0;
+    for (const Cut& cut : session.cuts()) left += total(cut.removed);
+    for (const session::SessionEvent& event : session.events())
+      if (const auto piece = piece_of(event)) left += total(piece->removed), ++pieces;
+    EXPECT_GE(pieces, 1) << file;
+    ASSERT_TRUE(session.result()) << file;
+    const double before = total(session.header().volumes_before), after = total(session.result()->volumes_after);
+    EXPECT_NEAR(left, before - after, 1e-3 * before) << file;
+    EXPECT_GT(session.patches().size(), 1u) << file;
+  }
 }
 
 using FillingCommand = ServoOn;

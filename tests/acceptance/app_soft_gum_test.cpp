@@ -13,7 +13,8 @@
 #include "engine/app/live/session.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/review/soft_gum_player.h"
+#include "engine/app/review/player.h"
+#include "engine/app/review/recorded_world.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
@@ -185,20 +186,20 @@ TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
   Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5"));
   ASSERT_EQ(ran.status, 0) << ran.err;
   SessionPlayer player(std::filesystem::path(folder / "session.h5"));
-  const Surroundings around = make_surroundings(player.scene().surroundings);
   const SurroundingsShape shape(*player.scene().surroundings);
-  SoftGumPlayer gum(player, soft_gum(player.scene().surroundings), around);
+  RecordedWorld recorded(player.session(), player.scene(), player.tissue());
+  const Surroundings& around = recorded.world().surroundings();
+  const SoftGumView& gum = *recorded.world().gum();
   const auto at = [&](double t) {
-    player.seek(t);
-    gum.follow();
-    return deepest(gum.view(), around, shape);
+    recorded.go(from_seconds(t));
+    return deepest(gum, around, shape);
   };
   EXPECT_LT(at(0.1), 0.05e-3);
   const double pressed = at(2.5), cut = at(4.9);
   EXPECT_GT(pressed, 0.2e-3);
   EXPECT_GT(cut, 0.1e-3);
   at(0.1);
-  EXPECT_TRUE(as_made(gum.view(), around));
+  EXPECT_TRUE(as_made(gum, around));
   EXPECT_EQ(at(4.9), cut);
 }
 

@@ -182,9 +182,9 @@ TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
   write_tone(folder / "s.wav", 48000);
   {
     FilmWriter film(folder / "f.mp4", {161, 121, 25});
-    std::vector<std::uint8_t> frame(161 * 121 * 3);
+    std::vector<std::uint8_t> frame(161 * 121 * 4);
     for (int i = 0; i < 25; ++i) {
-      for (std::size_t k = 0; k < frame.size(); k += 3) {
+      for (std::size_t k = 0; k < frame.size(); k += 4) {
         frame[k] = static_cast<std::uint8_t>(10 * i);
         frame[k + 1] = 128;
         frame[k + 2] = 0;
@@ -220,7 +220,7 @@ TEST(Film, AnUnreadableSoundGivesASilentFilmAndAMessage) {
   TemporaryFolder folder;
   std::ofstream(folder / "s.wav") << "not a sound";
   FilmWriter film(folder / "f.mp4", {64, 48, 25});
-  const std::vector<std::uint8_t> frame(64 * 48 * 3, 99);
+  const std::vector<std::uint8_t> frame(64 * 48 * 4, 99);
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(film.add(frame));
   EXPECT_TRUE(film.finish(folder / "s.wav"));
   EXPECT_THAT(film.message(), HasSubstr("the film is silent"));

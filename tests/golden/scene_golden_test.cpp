@@ -32,25 +32,27 @@ TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved
   options.quality.light_cell = kMedium.light_cell;
   options.quality.light_walks = kMedium.light_walks;
   PictureStage stage(rig, scene.servo, options);
-  stage.surround(make_surroundings(scene.surroundings));
+  World world(scene);
+  world.hold({});
+  stage.surround(world.surroundings());
   TissueView view;
   const dvec3 origin = volume.frame().origin;
   stage.show(view.update(volume), origin);
   ServoTick tick;
   tick.X_WG = {dvec3(7.4e-3, 5.2e-3, 20.2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0.25, -0.35, 1)))};
   tick.spindle = scene.servo.spindle.free_speed;
+  world.place(tick);
   std::string message;
   const auto draw = [&](const char* name) {
-    stage.draw(tick, {}, 0);
+    stage.draw(world);
     EXPECT_TRUE(matches_golden(stage.eye(0), name, kTolerance, kPixels, message)) << message;
   };
   draw("scene_look");
-  stage.hold_mirror(
-      {{dvec3(6.8e-3, 14.5e-3, 17e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0, -.916, .402)))},
-       14e-3,
-       0.0});
+  world.hold({{dvec3(6.8e-3, 14.5e-3, 17e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0, -.916, .402)))},
+              14e-3,
+              0.0});
   draw("scene_mirror");
-  stage.hold_mirror({});
+  world.hold({});
   const glm::dvec4 plane{0, 1, 0, -5.8e-3};
   stage.show_inside(render::kSectionFace, section_face(volume, {0, 1, 0}, 5.8e-3), origin);
   stage.show_inside(render::kSectionFaceAround,
@@ -81,13 +83,14 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
       display::reflect(*half.mirror, open.screen.lower_right + open.screen.upper_left - open.screen.lower_left);
   const auto picture = [&](const display::DisplayRig& rig) {
     PictureStage::Options options;
-    options.hud = options.tool = false;
+    options.hud = false;
     options.quality = kMedium;
     PictureStage stage(rig, scene.servo, options);
     stage.surround(around);
     TissueView view;
     stage.show(view.update(volume), volume.frame().origin);
-    stage.draw({}, {}, 0);
+    World world(scene);
+    stage.draw(world, {.tool = false, .debris = false, .mirror = false});
     return stage.eye(0);
   };
   const render::Picture straight = picture(open), reflected = picture(half);

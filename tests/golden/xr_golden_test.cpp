@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <functional>
+#include <optional>
+#include <utility>
 
 #include "engine/app/assets.h"
 #include "engine/app/headset/xr_stage.h"
-#include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/base/units.h"
@@ -32,45 +32,48 @@ struct Shot {
   render::Picture left, right;
   std::vector<float> depth_left;
   display::HmdFrame frame;
-  XrStage::Scenery scenery;
 };
 
 struct XrGolden : testing::Test {
   XrFixture xr;
   display::DisplayRig rig;
-  haptics::ServoSettings servo;
+  Scene scene;
+  std::optional<World> world;  // of the scene; made by shoot() if it is empty
   render::Quality quality = render::kQualityLadder[0];
+  bool hud = false;
   MouthMirror mirror;
   std::vector<render::MeshUpdate> mesh = tooth_mesh(2e-3);
-  dvec3 work{0, 0, 4e-3};                  // m, frame W, point that is in front of the user
-  std::function<void(XrStage&)> surround;  // adds more bodies to the picture, if it is set
+  dvec3 work{0, 0, 4e-3};  // m, frame W, point that is in front of the user
   std::string message;
 
   void SetUp() override {
     rig.kind = display::DisplayKind::kHmd;
     rig.hmd.magnify = 14;
-    servo.materials = render::default_colors();
-    servo.tool.shape = haptics::HeadShape::kSphere;
-    servo.tool.diameter = 1.6e-3;
+    scene.servo.materials = render::default_colors();
+    scene.servo.tool.shape = haptics::HeadShape::kSphere;
+    scene.servo.tool.diameter = 1.6e-3;
   }
 
   Shot shoot(const std::string& more = "", double opacity = 1) {
     xr.script(kHeadset + (more.empty() ? "" : ", " + more));
     Shot shot;
-    shot.scenery.tick.X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3),
-                              rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))};
-    shot.scenery.tool_opacity = opacity;
-    shot.scenery.mirror = mirror;
+    if (!world) {
+      ServoTick tick;
+      tick.X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))};
+      world.emplace(scene).place(tick);
+    }
+    world->hold(mirror);
     display::RuntimeGate gate;
     {
-      XrStage stage(rig, servo, work, gate, {.quality = quality, .validation = true, .handpieces = {.shown = false}});
-      if (surround) surround(stage);
+      XrStage stage(rig, scene.servo, work, gate,
+                    {.quality = quality, .validation = true, .handpieces = {.shown = false}, .hud = hud});
+      stage.surround(world->surroundings());
       stage.show(mesh, {0, 0, 0});
       stage.hmd().wake();
       for (int i = 1; i <= kFrame; ++i) {
         EXPECT_TRUE(stage.hmd().poll());
         shot.frame = stage.hmd().wait();
-        stage.draw(shot.frame, shot.scenery);
+        stage.draw(shot.frame, *world, opacity);
       }
       EXPECT_TRUE(shot.frame.draw);
       EXPECT_EQ(stage.validation_messages(), 0);
@@ -87,8 +90,8 @@ struct XrGolden : testing::Test {
   /// The same views drawn without OpenXR.
   void draw_offscreen(const Shot& shot, Stage& stage) {
     stage.renderer->update(0, mesh);
-    stage.renderer->set_tool(round_bur(1.6e-3));
-    stage.draw(XrStage::picture(shot.frame, shot.scenery, 0, false));
+    stage.renderer->set_tool(drawn_tool(world->tool(), {}, {.shown = false}).tool);
+    stage.draw(XrStage::picture(shot.frame, *world, 1, false));
   }
 };
 
@@ -127,22 +130,23 @@ TEST_F(XrGolden, AMouthMirrorLooksAsOffscreenAndDoesNotChangeTheDepth) {
 }
 
 TEST_F(XrGolden, SoftGumIsDrawnInItsPresentShape) {
-  const Scene scene = read_scene(assets_folder() / "scenes/class-2-cavity.json");
-  const Surroundings around = make_surroundings(scene.surroundings);
+  scene = read_scene(assets_folder() / "scenes/class-2-cavity.json");
   const auto surface = soft_gum(scene.surroundings);
   ASSERT_TRUE(surface);
-  SoftGumView gum(surface, around);
   mesh.clear();
   quality = render::kQualityLadder[2];
   work = scene.surroundings->margin;
-  surround = [&](XrStage& stage) {
-    stage.surround(around);
-    stage.show_gum(gum);
-  };
+  ServoTick tick;
+  world.emplace(scene).apply(tick);
   const Shot rest = shoot();
   const auto press = [&](float inward) {
-    for (std::uint32_t i = 0; i < surface->points().size(); ++i) gum.move({i, inward});
-    gum.follow(1);
+    for (std::uint32_t i = 0; i < surface->points().size(); ++i) {
+      GumMoves moves{.count = 1};
+      moves.points[0] = {i, inward};
+      world->apply(ServoEvent(moves));
+    }
+    tick.t += 2 * World::kStep;
+    world->apply(tick);
   };
   press(0.4e-3f);
   EXPECT_GT(compare(shoot().left, rest.left, 20).pixels, 300);
@@ -215,6 +219,35 @@ TEST_F(XrGolden, ALostToolIsDrawnAsAPatternAndTheToothSolid) {
   const Difference d = compare(whole.left, half.left, 30);
   EXPECT_GT(d.pixels, 60);
   EXPECT_LT(d.pixels, 6000);
+}
+
+TEST_F(XrGolden, BothEyesReadTheTextsOfThePictureAtOneDistance) {
+  const Shot without = shoot();
+  hud = true;
+  world->say("Keep 0.2 mm from the pulp");
+  const Shot shot = shoot();
+  // Returns the box of the pixels that the texts changed.
+  const auto box = [](const render::Picture& a, const render::Picture& b) {
+    glm::ivec2 lo = a.size, hi(0);
+    for (int y = 0; y < a.size.y; ++y)
+      for (int x = 0; x < a.size.x; ++x)
+        if (std::memcmp(a.at(x, y), b.at(x, y), 3) != 0)
+          lo = glm::min(lo, glm::ivec2(x, y)), hi = glm::max(hi, glm::ivec2(x, y));
+    return std::pair{lo, hi};
+  };
+  const auto [left_lo, left_hi] = box(shot.left, without.left);
+  const auto [right_lo, right_hi] = box(shot.right, without.right);
+  ASSERT_GT(left_hi.x - left_lo.x, 60);
+  EXPECT_EQ(left_hi - left_lo, right_hi - right_lo) << "the same texts";
+  // Rays through the middles of both boxes meet in front of the user, ten times as far away as the eyes are apart.
+  const auto ray = [&](int e, const glm::ivec2& lo, const glm::ivec2& hi) {
+    const glm::dvec2 ndc = glm::dvec2(lo + hi + 1) / glm::dvec2(shot.left.size) - 1.0;
+    const auto& eye = shot.frame.eyes[static_cast<std::size_t>(e)];
+    const glm::dvec4 far = glm::inverse(eye.projection * eye.view) * glm::dvec4(ndc, 0.5, 1);
+    return glm::normalize(dvec3(far) / far.w - eye.position);
+  };
+  const dvec3 a = ray(0, left_lo, left_hi), b = ray(1, right_lo, right_hi);
+  EXPECT_NEAR(std::acos(glm::dot(a, b)), 0.1, 0.01);
 }
 
 }  // namespace

@@ -39,6 +39,9 @@ struct XrStates : testing::Test {
     Outcome out;
     display::RuntimeGate gate;
     try {
+      Scene scene;
+      scene.servo = servo;
+      World world(scene);
       XrStage stage(rig, servo, {0, 0, 4e-3}, gate, {render::kQualityLadder[4]});
       display::Hmd& hmd = stage.hmd();
       stage.show(std::vector{ball(1, {0, 0, 0}, 4e-3f, Tissue::kEnamel, 12)}, {0, 0, 0});
@@ -61,7 +64,7 @@ struct XrStates : testing::Test {
         }
         idle = 0;
         const display::HmdFrame frame = hmd.wait();
-        stage.draw(frame, {});
+        stage.draw(frame, world);
         for (int hand = 0; hand < 2 && frame.focused; ++hand) hmd.vibrate(hand, {out.frames % 3 ? 0.5 : 0.0, 100});
         ++out.frames;
         out.drawn += frame.draw;
@@ -225,11 +228,14 @@ struct XrPlaces : XrStates {
   std::vector<display::HmdFrame> frames(int count) {
     std::vector<display::HmdFrame> all;
     display::RuntimeGate gate;
+    Scene scene;
+    scene.servo = servo;
+    World world(scene);
     XrStage stage(rig, servo, kWork, gate, {render::kQualityLadder[4]});
     stage.hmd().wake();
     while (static_cast<int>(all.size()) < count && stage.hmd().poll()) {
       all.push_back(stage.hmd().wait());
-      stage.draw(all.back(), {});
+      stage.draw(all.back(), world);
     }
     EXPECT_EQ(xr.violations(), "");
     return all;

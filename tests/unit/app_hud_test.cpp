@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/hud_text.h"
+#include "engine/app/picture/hud.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {

@@ -147,7 +147,8 @@ struct Watched {
   haptics::TissueVolume tissue = ball(3);
   Wiring wiring{haptics::Carver(tissue.clone(), scene.servo)};
   Surroundings around;
-  PictureStage stage{rig(), scene.servo, {.embedded = true, .hud = false, .tool = false}};
+  PictureStage stage{rig(), scene.servo, {.embedded = true, .hud = false}};
+  World world{scene};
   LiveViews views{scene, tissue, around, wiring, /*judged=*/false};
 
   std::set<std::uint64_t> there;  // bricks shown
@@ -185,7 +186,7 @@ struct Watched {
         if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
       }
       views.advance();
-      stage.draw({}, {}, 0.01);
+      stage.draw(world, {.tool = false});
       std::this_thread::sleep_for(5ms);
     }
     const render::Picture picture = stage.eye(0);
@@ -206,7 +207,7 @@ TEST(PictureStage, IsBlankUntilAFrameIsDrawnInThePresentSizeAndQuality) {
   PictureStage& stage = watched.stage;
   const auto drawn = [&] {
     const bool was_blank = stage.blank();
-    stage.draw({}, {}, 0.01);
+    stage.draw(watched.world, {.tool = false});
     return was_blank && !stage.blank();
   };
   EXPECT_TRUE(drawn());

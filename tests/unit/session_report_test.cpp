@@ -567,7 +567,7 @@ TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
   TemporaryFolder folder;
   const NoPrograms none;
   FilmWriter film(folder / "f.mp4", {64, 48, 30});
-  const std::vector<std::uint8_t> frame(64 * 48 * 3);
+  const std::vector<std::uint8_t> frame(64 * 48 * 4);
   EXPECT_FALSE(film.add(frame));
   EXPECT_FALSE(film.finish());
   EXPECT_THAT(film.message(), HasSubstr("ffmpeg is not installed"));
@@ -584,7 +584,7 @@ TEST(Film, AFailingEncoderGivesAMessageAndNoFile) {
   setenv("PATH", (folder / "bin").c_str(), 1);
   {
     FilmWriter film(folder / "f.mp4", {640, 480, 30});
-    const std::vector<std::uint8_t> frame(640 * 480 * 3);
+    const std::vector<std::uint8_t> frame(640 * 480 * 4);
     for (int i = 0; i < 50; ++i) film.add(frame);
     EXPECT_FALSE(film.finish());
     EXPECT_THAT(film.message(), HasSubstr("ffmpeg gave up: Unknown encoder"));

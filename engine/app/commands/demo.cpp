@@ -5,9 +5,9 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
+#include "engine/app/picture/hud.h"
 #include "engine/contract/session_length.h"
 #include "haptics/contact_method.h"
 

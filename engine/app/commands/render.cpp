@@ -11,9 +11,9 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/shown_geometry.h"
@@ -21,6 +21,7 @@
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/review/recorded_world.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
@@ -63,32 +64,25 @@ glm::dvec4 parse_plane(const std::string& text) {
 /// section.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
+  glm::dvec4 plane{0, 0, 0, 1};
+  render::View view = render::View::kLook;
   if (options.view == "section") {
-    glm::dvec4 plane;
-    // if the option is missing, the plane passes through the tooth's middle and faces the viewer
-    if (options.plane.empty()) {
-      glm::ivec3 lo, hi;
-      volume.bounds(lo, hi);
-      const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
-      const dvec3 away = middle - stage.rig().head.eye_center, up(0, 0, 1);
-      const dvec3 level = away - up * glm::dot(away, up);
-      const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? glm::normalize(level) : dvec3(0, 1, 0);
-      plane = {n, -glm::dot(n, middle)};
-    } else {
-      plane = parse_plane(options.plane);
-    }
-    stage.show_inside(render::kSectionFace, section_face(volume, dvec3(plane), -plane.w), origin);
+    view = render::View::kSection;
+    // without --plane, the section passes through the tooth's middle and faces the viewer
+    glm::ivec3 lo, hi;
+    volume.bounds(lo, hi);
+    plane = options.plane.empty()
+                ? section_facing(volume.frame().to_world(0.5 * dvec3(lo + hi)), stage.rig().head.eye_center)
+                : parse_plane(options.plane);
     if (const auto around = surroundings_shape(scene.surroundings))
       stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
-    stage.show_as(render::View::kSection, plane);
   } else if (options.view == "xray") {
-    stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
-    stage.show_inside(render::kInsideCaries, tissue_inside(volume, Tissue::kCaries), origin);
-    stage.show_inside(render::kInsideDentin, tissue_inside(volume, Tissue::kDentin), origin);
-    stage.show_as(render::View::kXray);
+    view = render::View::kXray;
   } else if (options.view == "difference") {
-    stage.show_as(render::View::kDifference);
+    view = render::View::kDifference;
   }
+  for (const ViewBody& body : view_bodies(view, plane, 0, volume)) stage.show_inside(body.mesh, body.bricks, origin);
+  stage.show_as(view, plane);
 }
 
 /// Returns the colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2 of
@@ -209,9 +203,17 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  if (session) tick = tick_at(*session, from_seconds(options.at));
   haptics::TissueVolume volume =
       options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  std::optional<RecordedWorld> recorded;
+  std::optional<World> still;  // of a scene without a session
+  if (session) {
+    if (session->tick_count() == 0) throw Error(options.scene, "", "no ticks", "a recorded session");
+    recorded.emplace(*session, scene, volume).go(from_seconds(options.at));
+  } else {
+    still.emplace(scene).apply(tick);
+  }
+  World& world = session ? recorded->world() : *still;
   std::optional<haptics::TissueVolume> ideal;
   if (options.view == "difference") {
     ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
@@ -250,16 +252,16 @@ void run(const Options& options) {
   stage_options.handpieces = scene.handpieces;
   // a geometry file contains the tool without a handpiece
   if (options.geometry) stage_options.handpieces.shown = false;
-  stage_options.tool = !options.pose.empty() || session;
+  // A geometry file contains neither chips nor the suction tip.
+  const Look look{.tool = !options.pose.empty() || session, .debris = !options.geometry && !spheres_wanted};
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  Surroundings around = make_surroundings(scene.surroundings);
+  Surroundings around = world.surroundings();
   // If the tooth is uncut, the gum hides the root, so the root need not be drawn. In other cases the root is drawn,
   // because the eye may see it through a cavity.
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
-  stage.hold_mirror(scene.mouth_mirror);
-  if (!options.geometry) stage.hold_suction(scene.suction_tip);  // a geometry file does not contain the suction tip
+  stage.show_spheres(spheres);
   ShownGeometry geometry(scene.servo.materials);
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
@@ -269,8 +271,8 @@ void run(const Options& options) {
     if (options.geometry) geometry.add(render::kWorkingTooth, surface, shown.frame().origin);
     add_view(stage, options, scene, shown);
   }
-  const render::FrameStats drawn = stage.draw(tick, spheres, 0);
-  const render::FrameStats again = stage.draw(tick, spheres, 0);
+  const render::FrameStats drawn = stage.draw(world, look);
+  const render::FrameStats again = stage.draw(world, look);
 
   const auto eyes = display::eye_views(rig);
   const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
@@ -286,9 +288,12 @@ void run(const Options& options) {
                      // is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
-  if (!stage_options.tool) skipped["tool"] = "no --pose";
+  if (!look.tool) skipped["tool"] = "no --pose";
   if (!options.hud) skipped["hud"] = "no --hud";
-  if (spheres.empty()) skipped["particles"] = "none alive";
+  const std::size_t particles = spheres_wanted                  ? spheres.size()
+                                : look.debris && world.debris() ? world.debris()->alive()
+                                                                : 0;
+  if (particles == 0) skipped["particles"] = "none alive";
   if (!spheres.empty()) frame["spheres"] = spheres.size();
   if (scene.mouth_mirror.diameter == 0)
     skipped["mirror"] = "the scene has no mouth mirror";
@@ -302,7 +307,7 @@ void run(const Options& options) {
                       {"samples", step.samples},
                       {"scale", step.scale},
                       {"light", step.light_per_vertex ? "per corner" : "per pixel"}};
-  const double recorded = stage.timing().record;
+  const double record_time = stage.timing().record;
   frame["device"] = stage.device_name();
   if (options.validate) frame["validation_messages"] = stage.validation_messages();
 
@@ -329,7 +334,9 @@ void run(const Options& options) {
   }
   if (options.geometry) {
     for (const SurroundingMesh& mesh : around.meshes) geometry.add(mesh.id, mesh.bricks, mesh.origin);
-    if (stage_options.tool) geometry.add(stage.tool_triangles(), tick.X_WG, tick.spindle > 0 ? 1.0f : 0.0f);
+    if (look.tool)
+      geometry.add(drawn_tool(world.tool(), scene.servo.spindle, stage_options.handpieces).tool, world.tick().X_WG,
+                   world.tick().spindle > 0 ? 1.0f : 0.0f);
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
@@ -339,9 +346,9 @@ void run(const Options& options) {
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();
-  stage.draw(tick, spheres, 0);
+  stage.draw(world, look);
   const double took = to_seconds(now() - began);
-  frame["timing"] = {{"record_ms", recorded * 1e3},
+  frame["timing"] = {{"record_ms", record_time * 1e3},
                      {"gpu_ms", stage.timing().gpu * 1e3},
                      {"frame_ms", took * 1e3},
                      {"frames_per_second", 1 / took}};

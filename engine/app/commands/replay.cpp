@@ -11,8 +11,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/review/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"

@@ -8,8 +8,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"

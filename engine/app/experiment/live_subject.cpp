@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "engine/app/hud_text.h"
+#include "engine/app/picture/hud.h"
 #include "engine/base/clock.h"
 #include "engine/base/log.h"
 #include "engine/display/keys.h"

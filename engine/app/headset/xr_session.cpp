@@ -16,15 +16,11 @@
 
 #include "calibration/still_touch.h"
 #include "engine/app/headset/xr_stage.h"
-#include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
-#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/soft_gum_view.h"
-#include "engine/app/surroundings/soft_gum.h"
-#include "engine/app/surroundings/surroundings.h"
+#include "engine/app/picture/world.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -82,8 +78,7 @@ void end_hard_at_exit() {
 /// longer waits for it, but this object continues to exist, because the thread might still use it.
 struct XrSession::Thread {
   display::DisplayRig rig;
-  haptics::ServoSettings servo;
-  HandpieceView handpieces;
+  const Scene scene;
   dvec3 origin;                             // m, frame W: origin of the tissue's voxels
   double voxel;                             // m, voxel size of the tissue
   std::optional<render::BoxInWorld> reach;  // m, frame W: box that the tissue can occupy in the session
@@ -91,39 +86,31 @@ struct XrSession::Thread {
   Tape<ServoEvent>::Reader servo_tape;
   Tape<CarverEvent>::Reader carver_tape;
   Options options;
-  ServoTick tick;  // the latest tick
-  std::optional<DebrisView> debris;
-  Surroundings surroundings;
-  std::optional<SoftGumView> gum;  // the soft gum; empty if the gum is rigid
-  MouthMirror mirror;              // the scene's mouth mirror, at its initial pose or at the second hand's pose
-  MouthMirror scene_mirror;
-  std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if the fog does not change
-  SuctionTip suction_tip;        // the scene's suction tip at its initial pose
-  int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
+  World world;
+  int mirror_hand = -1;  // index of the controller that holds the mouth mirror; -1: none
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // The mutex protects the members below. A simple mutex is enough: these members are read a hundred times per second
-  // and written only three times.
+  // The mutex protects the members below.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
+  std::string notice;
   std::optional<DebrisBalance> debris_mass;
   WorkCounts work;  // counters of the thread's work; only the thread uses them until the thread ends
 
   std::thread thread;
 
-  Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
+  Thread(const display::DisplayRig& r, const Scene& shown, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
       : rig(r),
-        servo(scene.servo),
-        handpieces(scene.handpieces),
+        scene(shown),
         origin(tissue.frame().origin),
         voxel(tissue.frame().voxel),
         reach(tissue_reach(scene, tissue)),
@@ -131,16 +118,9 @@ struct XrSession::Thread {
         servo_tape(w.tapes.servo),
         carver_tape(w.tapes.carver),
         options(o),
-        tick(o.start) {
-    surroundings = make_surroundings(scene.surroundings);
-    if (auto surface = soft_gum(scene.surroundings)) {
-      gum.emplace(std::move(surface), surroundings);
-    }
-    if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
-    mirror = scene_mirror = scene.mouth_mirror;
-    fog = mirror_fog_of(scene);
-    suction_tip = scene.suction_tip;
-    if (debris && scene.suction_on && scene.suction) debris->suck(scene.suction);
+        world(scene) {
+    world.place(options.start);
+    if (options.debris) world.add_debris(tissue);
   }
 
   void enter(Phase next, std::exception_ptr error = nullptr) {
@@ -155,7 +135,9 @@ struct XrSession::Thread {
   void run() {
     std::exception_ptr error;
     try {
-      XrStage stage(rig, servo, options.work_W, gate, {.handpieces = handpieces});
+      XrStage stage(
+          rig, scene.servo, options.work_W, gate,
+          {.handpieces = scene.handpieces, .force_in_hud = options.force_in_hud, .language = options.language});
       {
         const std::lock_guard lock(mutex);
         explanations = stage.hmd().explanations();
@@ -169,10 +151,10 @@ struct XrSession::Thread {
     }
     publish_hand(nullptr);
     gate.done();
-    if (debris) {
+    if (world.debris()) {
       follow_tapes();
       const std::lock_guard lock(mutex);
-      debris_mass = debris->settle();
+      debris_mass = world.debris()->settle();
       debris_mass->events_lost = servo_tape.lost();
     }
     enter(Phase::kOver, error);
@@ -180,14 +162,8 @@ struct XrSession::Thread {
 
   /// Reads what servo and carver did since the last call.
   void follow_tapes() {
-    for (ServoEvent event; servo_tape.next(event);) {
-      if (const auto* const next = std::get_if<ServoTick>(&event)) tick = *next;
-      const auto* const cut = std::get_if<Cut>(&event);
-      if (cut && debris) debris->add(*cut, haptics::tool_set(servo)[cut->tool]);
-      if (gum) gum->apply(event);
-    }
-    for (CarverEvent event; carver_tape.next(event);)
-      if (const auto* const piece = std::get_if<LoosePiece>(&event); piece && debris) debris->add(*piece);
+    for (ServoEvent event; servo_tape.next(event);) world.apply(event);
+    for (CarverEvent event; carver_tape.next(event);) world.apply(event);
   }
 
   void frame_loop(XrStage& stage) {
@@ -195,17 +171,17 @@ struct XrSession::Thread {
     QualityLadder ladder = options.quality.empty() ? QualityLadder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1)
                                                    : QualityLadder::fixed_at(options.quality);
     stage.set_quality(ladder.step());
-    stage.surround(surroundings);
+    stage.surround(world.surroundings());
     Detail detail(wiring.tolerance, voxel);
     // Releases the particles whenever this function ends, because this must happen before their GPU device is
     // destroyed.
     struct InUse {
-      std::optional<DebrisView>& debris;
+      DebrisView* debris;
       ~InUse() {
         if (debris) debris->use(nullptr);
       }
-    } in_use{debris};
-    if (debris) debris->use(&stage.device());
+    } in_use{world.debris()};
+    if (in_use.debris) in_use.debris->use(&stage.device());
     double opacity = 1;
     std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
                                                       calibration::StillTouch(kStillController)},
@@ -235,44 +211,28 @@ struct XrSession::Thread {
         const std::unique_ptr<MeshBatch> owned(batch);
         stage.show(*owned, origin);
       }
-      if (gum) {
-        gum->follow(tick.t);
-        stage.show_gum(*gum);
-      }
-      if (debris) {
-        debris->hold(tick, haptics::tool_set(servo)[tick.tool]);
-        debris->step(std::min(dt, 0.1));
-        debris->count(work);
-        stage.show_film(debris->film());
-      }
+      if (world.debris()) world.debris()->count(work);
       for (std::size_t i = 0; options.touches && i < 2; ++i)
         if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], still_tips[i], still_arms[i]);
       const bool held = publish_hand(&frame);
       for (const display::HmdHand& hand : frame.hands)
         if (hand.change_tool) choose_next_tool();
       hold_mirror(frame);
-      if (fog) {
-        fog->advance(std::min(dt, 0.1), mirror, fog->air(mirror, tick, debris && debris->spraying()));
-        mirror.fog = fog->fog();
-      }
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      const XrStage::Scenery scenery{tick,
-                                     opacity,
-                                     debris ? debris->particles() : std::span<const render::Particle>{},
-                                     debris ? debris->cloud() : nullptr,
-                                     dt,
-                                     mirror,
-                                     suction_tip};
-      set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
+      {
+        const std::lock_guard lock(mutex);
+        world.say(notice);
+      }
+      set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, world, 1, false), *reach));
       const dvec3 left_W = frame.eyes[0].position, right_W = frame.eyes[1].position;
       if (const double ipd = glm::length(right_W - left_W); ipd > 0 && zero != 0)
         wiring.tapes.view.write(SeenFrom{woke - zero, 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
-      const render::FrameStats drawn = stage.draw(frame, scenery);
+      const render::FrameStats drawn = stage.draw(frame, world, opacity);
       if (drawn.drawn) count_frame(drawn, work);
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
       if (options.tool_hand >= 0 && frame.focused)
-        hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
+        hmd.vibrate(options.tool_hand, held ? vibration_of(world.tick()) : display::Vibration{});
       for (display::HmdTiming timing : hmd.timings()) {
         timing.t -= zero;
         if (zero != 0) wiring.tapes.view.write(timing);
@@ -290,7 +250,7 @@ struct XrSession::Thread {
                   calibration::StillTouch& arm) {
     using Verdict = calibration::StillTouch::Verdict;
     const Verdict of_tip = tip.add(t, controller.X_DT.p, controller.pedal, false);
-    const Verdict of_arm = arm.add(t, inverse(rig.X_WH) * tick.X_WT.p, controller.pedal, false);
+    const Verdict of_arm = arm.add(t, inverse(rig.X_WH) * world.tick().X_WT.p, controller.pedal, false);
     if (of_tip == Verdict::kNone && of_arm == Verdict::kNone) return;
     if (of_tip != Verdict::kTaken || of_arm != Verdict::kTaken) {
       log::info("touch: not taken, hold both still");
@@ -307,19 +267,19 @@ struct XrSession::Thread {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
       mirror_hand = mirror_hand >= 0 ? -1 : options.tool_hand >= 0 ? 1 - options.tool_hand : i;
-      mirror = scene_mirror;
+      world.hold(scene.mouth_mirror);
     }
     if (mirror_hand < 0) return;
     const display::HmdHand& hand = frame.hands[static_cast<std::size_t>(mirror_hand)];
-    if (hand.tracked) mirror = held(scene_mirror, hand.X_WT);
+    if (hand.tracked) world.hold(held(scene.mouth_mirror, hand.X_WT));
   }
 
   /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill has
   /// stopped and the tool touches nothing.
   void choose_next_tool() {
-    const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
+    const auto tools = static_cast<std::int32_t>(world.tools().size());
     const std::int32_t chosen = wiring.chosen_tool;
-    wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
+    wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(world.tick().tool)) + 1) % tools;
   }
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
@@ -361,6 +321,11 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
 
 XrSession::~XrSession() {
   stop();
+}
+
+void XrSession::say(std::string notice) {
+  const std::lock_guard lock(thread_->mutex);
+  thread_->notice = std::move(notice);
 }
 
 bool XrSession::step() {

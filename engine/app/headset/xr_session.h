@@ -14,6 +14,7 @@
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/display/display_rig.h"
+#include "engine/session/strings.h"
 
 namespace typodont {
 
@@ -26,6 +27,8 @@ class XrSession {
     bool touches = false;   // true: the user's trigger captures a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
     ServoTick start;        // state of the tool before the first tick
+    bool force_in_hud = true;
+    session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
   /// Opens the headset. Returns when the headset is awake and accepts frames. Throws Error with a message of one line
   /// if the headset is missing or asleep, or if its runtime does not answer.
@@ -39,6 +42,8 @@ class XrSession {
   /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the headset's runtime is
   /// lost, or if it has not answered for a time that the rig file states as `stall_s`.
   bool step();
+  /// Sets a line of text over the picture.
+  void say(std::string notice);
   /// Ends the session with the runtime. If the headset's thread hangs in a call of the runtime, the thread is
   /// abandoned.
   void stop();

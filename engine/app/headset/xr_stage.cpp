@@ -1,7 +1,9 @@
 #include "engine/app/headset/xr_stage.h"
 
 #include <cmath>
+#include <cstring>
 
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/base/units.h"
 
@@ -21,15 +23,13 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
                  display::RuntimeGate& gate, const Options& options)
     : hmd_(display::Hmd::open(rig, gate)),
       device_(make_device(*hmd_, options.validation)),
-      tools_(haptics::tool_set(servo).begin(), haptics::tool_set(servo).end()),
-      spindle_(servo.spindle),
-      handpieces_(options.handpieces) {
+      options_(options),
+      shown_(options.handpieces) {
   try {
     ring_ = gpu::FrameRing::create(device_);
     hmd_->begin(device_, work_W);
     renderer_.emplace(device_, hmd_->eye_pixels(), options.quality, servo.materials);
     renderer_->keep_depth(hmd_->wants_depth());
-    show_tool();
   } catch (...) {
     hmd_->end();
     renderer_.reset();
@@ -44,16 +44,10 @@ XrStage::~XrStage() {
   // lost.
   vkDeviceWaitIdle(device_.device);
   hmd_->end();
+  for (gpu::Buffer& panels : panels_) panels.destroy(device_);
   renderer_.reset();
   ring_.destroy(device_);
   device_.destroy();
-}
-
-void XrStage::show_tool() {
-  const DrawnTool drawn = drawn_tool(tools_[shown_tool_], spindle_, handpieces_, shown_placed_);
-  X_GH_ = drawn.X_GH;
-  open_ = drawn.open;
-  renderer_->set_tool(drawn.tool, drawn.handpiece);
 }
 
 void XrStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
@@ -65,16 +59,12 @@ void XrStage::surround(const Surroundings& around) {
   typodont::surround(*renderer_, around);
 }
 
-void XrStage::show_gum(const SoftGumView& gum) {
-  typodont::show_gum(*renderer_, gum, false, gum_version_);
-}
-
 void XrStage::set_quality(const render::Quality& quality) {
   ring_.wait_idle(device_);
   renderer_->set_quality(quality);
 }
 
-render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery& scenery, double angle,
+render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const World& world, double tool_opacity,
                                bool see_through) {
   render::Frame frame;
   for (std::size_t e = 0; e < 2; ++e) {
@@ -87,17 +77,76 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   // No background picture is drawn. One picture cannot fit both eyes of a headset, because their image planes are not
   // parallel.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
-  const ServoTick& tick = scenery.tick;
-  frame.tool = {
-      .visible = true, .X_WG = tick.X_WG, .angle = angle, .spindle = tick.spindle, .opacity = scenery.tool_opacity};
-  frame.particles = scenery.particles;
-  frame.cloud = scenery.cloud;
-  frame.mirror = scenery.mirror;
-  frame.suction = scenery.suction;
+  add_held(world, {}, frame);
+  frame.tool.opacity = tool_opacity;
   return frame;
 }
 
-render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
+/// Copies the texts over the picture of each eye, at the place where both eyes see them at one distance.
+void XrStage::write_texts(VkCommandBuffer commands, const display::HmdFrame& frame, const World& world) {
+  constexpr double kHalfWidth = 0.3, kHalfHeight = 0.3;  // tangents of half the angles over which the texts extend
+  constexpr double kDistance = 10;  // distance of the texts from the eyes, divided by the distance between the eyes
+  display::Hud hud = typodont::hud(world, options_.language);
+  hud.force_shown = options_.force_in_hud;
+  const gpu::Image& pictures = renderer_->pictures();
+  const glm::dvec2 size(pictures.options.size.width, pictures.options.size.height);
+  const auto& eyes = frame.eyes;
+  const glm::ivec2 region(
+      glm::dvec2(kHalfWidth * eyes[0].projection[0][0], kHalfHeight * std::abs(eyes[0].projection[1][1])) * size);
+  if (writing_.differs(hud, region)) {
+    writing_.write(hud, region);
+    ++texts_;
+  }
+  const auto slot = static_cast<std::size_t>(ring_.slot());
+  std::size_t bytes = 0;
+  for (const auto& panel : writing_.panels()) bytes += panel.rgba.size();
+  if (bytes == 0) return;
+  gpu::Buffer& buffer = panels_[slot];
+  if (buffer.size < bytes) {
+    buffer.destroy(device_);
+    buffer = gpu::Buffer::create(device_, 2 * bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+    panel_texts_[slot] = 0;
+  }
+  const bool filled = panel_texts_[slot] == texts_;
+  panel_texts_[slot] = texts_;
+
+  // The head's forward direction is the mean of the eyes' directions; their views may be turned outwards.
+  const auto forward = [](const display::EyeView& eye) {
+    return -dvec3(eye.view[0][2], eye.view[1][2], eye.view[2][2]);
+  };
+  const double apart = glm::length(eyes[1].position - eyes[0].position);
+  const dvec3 middle = 0.5 * (eyes[0].position + eyes[1].position) +
+                       kDistance * apart * glm::normalize(forward(eyes[0]) + forward(eyes[1]));
+  std::vector<VkBufferImageCopy> copies;
+  for (std::uint32_t e = 0; e < 2; ++e) {
+    const glm::dvec4 clip = eyes[e].projection * eyes[e].view * glm::dvec4(middle, 1);
+    const glm::ivec2 center((glm::dvec2(clip) / clip.w * 0.5 + 0.5) * size), lo = center - region / 2;
+    std::size_t at = 0;
+    for (const auto& panel : writing_.panels()) {
+      const glm::ivec2 from = lo + panel.box.lo, to = from + panel.box.size;
+      if (e == 0 && !filled) std::memcpy(buffer.memory.mapped + at, panel.rgba.data(), panel.rgba.size());
+      if (from.x >= 0 && from.y >= 0 && to.x <= static_cast<int>(size.x) && to.y <= static_cast<int>(size.y))
+        copies.push_back(
+            {.bufferOffset = at,
+             .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, std::min(e, pictures.options.layers - 1), 1},
+             .imageOffset = {from.x, from.y, 0},
+             .imageExtent = {static_cast<std::uint32_t>(panel.box.size.x), static_cast<std::uint32_t>(panel.box.size.y),
+                             1}});
+      at += panel.rgba.size();
+    }
+  }
+  if (copies.empty()) return;
+  gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
+                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  vkCmdCopyBufferToImage(commands, buffer.buffer, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                         static_cast<std::uint32_t>(copies.size()), copies.data());
+  gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                  VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT);
+}
+
+render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, World& world, double tool_opacity) {
   if (!hmd_frame.draw) {
     hmd_->submit(hmd_frame);
     return {};
@@ -106,19 +155,11 @@ render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, const Scene
     ring_.wait_idle(device_);
     renderer_->set_hidden(*hidden);
   }
-  const bool placed = scenery.tick.tool < tools_.size() && is_placed(tools_[scenery.tick.tool], scenery.tick);
-  if ((scenery.tick.tool != shown_tool_ || placed != shown_placed_) && scenery.tick.tool < tools_.size()) {
-    shown_tool_ = scenery.tick.tool;
-    shown_placed_ = placed;
-    ring_.wait_idle(device_);
-    show_tool();
-  }
-  angle_ = std::fmod(angle_ + drawn_spin(tools_[shown_tool_], scenery.tick.spindle) * scenery.dt, 2 * kPi);
-  render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());
-  frame.tool.X_GH = X_GH_;
-  frame.tool.open = open_;
+  render::Frame frame = picture(hmd_frame, world, tool_opacity, hmd_->see_through());
+  shown_.add(world, {}, /*coarse=*/false, *renderer_, frame);
   const VkCommandBuffer commands = ring_.begin(device_);
   const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
+  if (options_.hud) write_texts(commands, hmd_frame, world);
   std::array<display::Hmd::Depth, 2> depth;
   for (int e = 0; e < 2; ++e) {
     const render::Renderer::DepthPicture d = renderer_->depth(e);

@@ -2,19 +2,22 @@
 // frame. Used by the headset's thread.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "engine/app/picture/film_picture.h"
-#include "engine/app/surroundings/surroundings.h"
-#include "engine/contract/contact.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/world.h"
 #include "engine/display/hmd.h"
+#include "engine/display/writing.h"
 #include "engine/render/renderer.h"
+#include "engine/session/strings.h"
 #include "haptics/servo.h"
 
 namespace typodont {
-
-class SoftGumView;
 
 class XrStage {
  public:
@@ -22,6 +25,9 @@ class XrStage {
     render::Quality quality = render::kQualityLadder[2];
     bool validation = false;
     HandpieceView handpieces;
+    bool hud = true;
+    bool force_in_hud = true;
+    session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
   /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W: the point that is
   /// in front of the user after recentring. Throws Error.
@@ -34,27 +40,14 @@ class XrStage {
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
   /// Adds the static surroundings. Call it before the first bricks (mesh blocks) of the tissue are added.
   void surround(const Surroundings& around);
-  /// Draws the changes of the soft gum since the last call. Call it after surround().
-  void show_gum(const SoftGumView& gum);
   void set_quality(const render::Quality& quality);
-  /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
-  void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
-
-  /// All objects in the picture except the tissue.
-  struct Scenery {
-    ServoTick tick;
-    double tool_opacity = 1;
-    std::span<const render::Particle> particles;
-    /// particles that are stored on the GPU of this XrStage; null: there are none
-    render::ParticleCloud* cloud = nullptr;
-    double dt = 0;       // s, time since the last frame; the bur rotates by the corresponding angle
-    MouthMirror mirror;  // the mouth mirror; its diameter is 0 if there is none
-    SuctionTip suction;  // the suction tip; its opening is 0 if there is none
-  };
-  /// Describes the frame for the renderer. `angle`: rad, rotation of the bur about its axis.
-  static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
-  /// Draws and submits the frame that hmd().wait() began. If the runtime needs no picture, it submits an empty frame.
-  render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);
+  /// Describes the frame for the renderer, without particles. `tool_opacity`: 0..1; less than 1: the hand's tracking is
+  /// lost.
+  static render::Frame picture(const display::HmdFrame& frame, const World& world, double tool_opacity,
+                               bool see_through);
+  /// Draws the world and its texts, and submits the frame that hmd().wait() began. If the runtime needs no picture, it
+  /// submits an empty frame.
+  render::FrameStats draw(const display::HmdFrame& frame, World& world, double tool_opacity = 1);
 
   display::Hmd& hmd() { return *hmd_; }
   std::string device_name() const { return device_.name(); }
@@ -63,22 +56,19 @@ class XrStage {
   int validation_messages() const { return device_.validation_messages(); }
 
  private:
-  void show_tool();
+  void write_texts(VkCommandBuffer commands, const display::HmdFrame& frame, const World& world);
 
   std::unique_ptr<display::Hmd> hmd_;
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
-  FilmPicture::Shown film_shown_;
-  std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the bricks that the renderer has received
-  std::vector<haptics::Tool> tools_;
-  haptics::Spindle spindle_;
-  HandpieceView handpieces_;
-  Pose X_GH_;          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
-  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
-  std::uint32_t shown_tool_ = 0;
-  bool shown_placed_ = false;  // true after an implant was placed; its head then stays visible in the tissue
-  double angle_ = 0;
+  Options options_;
+  ShownWorld shown_;
+  display::Writing writing_;
+  std::uint64_t texts_ = 0;  // number of changes of the texts
+  // The panels of the texts on the GPU, for each frame in flight, and the value of texts_ that they show.
+  std::array<gpu::Buffer, gpu::FrameRing::kSlots> panels_;
+  std::array<std::uint64_t, gpu::FrameRing::kSlots> panel_texts_{};
 };
 
 }  // namespace typodont

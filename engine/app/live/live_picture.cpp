@@ -34,23 +34,19 @@ constexpr double kSectionMoves = 0.1e-3;  // m, smallest motion of the drill tha
 
 }  // namespace
 
-LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above,
-                         bool left_hand)
+LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession& session, const ServoTick& start)
     : scene_(scene),
       options_(options),
       session_(session),
-      above_(above),
-      left_hand_(left_hand),
+      world_(scene, session.gum),
       left_(session.wiring.tapes.left),
       shown_(scene.servo),
-      around_(make_surroundings(scene.surroundings)),
       reach_(tissue_reach(scene, session.carver.volume())),
-      views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
+      views_(std::make_unique<LiveViews>(scene, session.carver.volume(), world_.surroundings(), session.wiring,
+                                         session.operated)),
       revived_(-kReviveInterval) {
+  world_.place(start);
   if (!options.quality.empty()) ladder_ = QualityLadder::fixed_at(options.quality);
-  if (left_hand || scene.mouth_mirror.diameter > 0) fog_ = mirror_fog_of(scene);
-  if (!session.gum) return;
-  gum_.emplace(session.gum, around_);
 }
 
 void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>& explanations) {
@@ -69,12 +65,12 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
                                                   : "head: " + rig.head.tracker);
   update_tissue_visibility();
   if (!session_.debris) return;
-  debris_.emplace(scene_.servo.materials, session_.carver.volume(), water_of(scene_, around_));
-  debris_->use(&stage_->device());
-  suck(scene_.suction_on);
-  explanations.push_back(debris_->cloud()       ? "debris: moved by the GPU"
-                         : debris_->has_spray() ? "debris: moved by the processor, with spray and film"
-                                                : "debris: moved by the processor, which also draws");
+  world_.add_debris(session_.carver.volume());
+  DebrisView& debris = *world_.debris();
+  debris.use(&stage_->device());
+  explanations.push_back(debris.cloud()       ? "debris: moved by the GPU"
+                         : debris.has_spray() ? "debris: moved by the processor, with spray and film"
+                                              : "debris: moved by the processor, which also draws");
 }
 
 void LivePicture::make(gpu::Device* device) {
@@ -95,22 +91,20 @@ void LivePicture::make(gpu::Device* device) {
     ladder_ = QualityLadder::for_processor();
     stage_->set_quality(ladder_.step());
   }
-  stage_->surround(around_);
-  stage_->hold_mirror(scene_.mouth_mirror);
-  stage_->hold_suction(scene_.suction_tip);
+  stage_->surround(world_.surroundings());
   views_->attach(Eyes::kTrainee, &*stage_);
-  if (debris_) debris_->use(&stage_->device());
+  if (world_.debris()) world_.debris()->use(&stage_->device());
 }
 
 void LivePicture::drop() {
-  if (debris_) debris_->use(nullptr);
+  if (world_.debris()) world_.debris()->use(nullptr);
   if (views_) views_->attach(Eyes::kTrainee, nullptr), views_->attach(Eyes::kOwn, nullptr);
   own_stage_.reset();
   stage_.reset();
 }
 
 std::optional<DebrisBalance> LivePicture::settle_debris() {
-  return debris_ ? std::optional(debris_->settle()) : std::nullopt;
+  return world_.debris() ? std::optional(world_.debris()->settle()) : std::nullopt;
 }
 
 void LivePicture::close() {
@@ -136,26 +130,16 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
   make(options_.device);
 }
 
-/// Switches the suction on or off. The suction nozzle lies beside the tooth.
-void LivePicture::suck(bool on) {
-  sucking_ = on;
-  // m, distance of the nozzle from the tooth; the nozzle lies behind the tooth as the trainee sees it
-  constexpr double kBeside = 9e-3;
-  debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
-  if (X_WL_ && hand_holds_suction(scene_)) nozzle.p_W = X_WL_->p;
-  debris_->suck(on ? std::optional(nozzle) : std::nullopt);
-}
-
-double LivePicture::suction_flow() const {
-  return sucking_ ? scene_.suction.value_or(debris::Suction{}).flow : 0;
-}
-
 void LivePicture::switch_spray() {
-  if (debris_) debris_->spray(!debris_->spraying());
+  WaterSwitch water = world_.water();
+  water.spray = !water.spray;
+  world_.apply(water);
 }
 
 void LivePicture::switch_suction() {
-  if (debris_) suck(!sucking_);
+  WaterSwitch water = world_.water();
+  water.suction = !water.suction;
+  world_.apply(water);
 }
 
 void LivePicture::look_from(const Viewpoint& from, glm::ivec2 pixels) {
@@ -163,12 +147,12 @@ void LivePicture::look_from(const Viewpoint& from, glm::ivec2 pixels) {
   own_size_ = pixels.x > 0 ? glm::max(pixels, glm::ivec2(16)) : glm::ivec2(0);
 }
 
-void LivePicture::show_next_view(const ServoTick& tick) {
+void LivePicture::show_next_view() {
   using render::View;
   constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
   Look next = views_->look(Eyes::kTrainee);
   if (scene_.implant && next.view == View::kSection && ++implant_section_ < kImplantSections) {
-    next.plane = section_through_implant(tick);
+    next.plane = section_through_implant();
     views_->look(Eyes::kTrainee, next);
     return;
   }
@@ -177,12 +161,9 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views_->has_ideal());
   next.view = last ? View::kLook : now_at[1];
   if (next.view == View::kSection && scene_.implant) {
-    next.plane = section_through_implant(tick);
+    next.plane = section_through_implant();
   } else if (next.view == View::kSection) {
-    // The section plane is vertical, passes through the bur and faces the viewer. The tissue behind the plane is kept.
-    const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
-    const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
-    next.plane = {n, -glm::dot(n, tick.X_WG.p)};
+    next.plane = section_facing(world_.tick().X_WG.p, stage_->rig().head.eye_center);
   }
   views_->look(Eyes::kTrainee, next);
 }
@@ -190,7 +171,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
 /// Returns a section plane, along the arch or across it. The plane contains the drill's axis if the drill is in its bed
 /// (drilled hole), otherwise the axis of the planned implant. (x points along the arch and y to the tongue;
 /// docs/scene_format.md, "bone".)
-glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
+glm::dvec4 LivePicture::section_through_implant() const {
+  const ServoTick& tick = world_.tick();
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
   const dvec3 through = in_bed ? tick.X_WG.p : scene_.implant->plan.entry_W;
@@ -200,11 +182,11 @@ glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
 }
 
 /// Updates the section plane when a drill enters or leaves its bed (the drilled hole), or moves in it.
-void LivePicture::follow_implant(const ServoTick& tick) {
+void LivePicture::follow_implant() {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
   if (look.view != render::View::kSection) return;
-  const glm::dvec4 plane = section_through_implant(tick);
+  const glm::dvec4 plane = section_through_implant();
   const double turned = glm::length(dvec3(plane) - dvec3(look.plane)), moved = std::abs(plane.w - look.plane.w);
   if (turned < kSectionTurns && moved < kSectionMoves) return;
   look.plane = plane;
@@ -220,31 +202,15 @@ void LivePicture::collect() {
   views_->advance();
 }
 
-MouthMirror LivePicture::mirror_for(const Look& look) {
-  if (!look.mirror) return {};
-  MouthMirror mirror = scene_.mouth_mirror;
-  if (left_hand_ && !hand_holds_suction(scene_)) mirror = X_WL_ ? held(scene_.mouth_mirror, *X_WL_) : MouthMirror();
-  if (fog_ && mirror.diameter > 0) mirror.fog = fog_->fog();
-  return mirror;
-}
-
-SuctionTip LivePicture::tip_for(const Look& look) {
-  if (!look.debris) return {};
-  SuctionTip tip = scene_.suction_tip;
-  if (!left_hand_ || !hand_holds_suction(scene_)) return tip;
-  if (!X_WL_) return {};
-  tip.X_WS = *X_WL_;
-  return tip;
-}
-
 /// Records the state of the water and of the suction whenever it changes.
 void LivePicture::record_water() {
   const Nanos zero = session_.wiring.session_zero;
   if (zero == 0) return;
-  const WaterSwitch present{now() - zero, spraying(), sucking_};
-  if (water_ && water_->spray == present.spray && water_->suction == present.suction) return;
-  session_.wiring.tapes.view.write(present);
-  water_ = present;
+  WaterSwitch current = world_.water();
+  if (water_ && water_->spray == current.spray && water_->suction == current.suction) return;
+  current.t = now() - zero;
+  session_.wiring.tapes.view.write(current);
+  water_ = current;
 }
 
 /// Stores which pictures show the tissue. The carver thread meshes tissue only if a picture shows it.
@@ -256,7 +222,7 @@ void LivePicture::update_tissue_visibility() {
   sees(Eyes::kOwn, own_stage_ ? &*own_stage_ : nullptr);
 }
 
-void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
+void LivePicture::draw_own(WorkCounts& work) {
   update_tissue_visibility();
   if (own_size_.x <= 0 || !options_.device) {
     if (own_stage_) {
@@ -271,58 +237,26 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
     PictureStage::Options look;
     look.embedded = true;
     look.hud = false;
+    look.chips_on_gpu = false;
     look.cursor = options_.cursor;
     look.device = options_.device;
     look.quality = ladder_.step();
     look.handpieces = scene_.handpieces;
     own_stage_.emplace(rig_of(own_from_, views_->middle(), own_size_), shown_, look);
-    own_stage_->surround(around_);
+    own_stage_->surround(world_.surroundings());
     views_->attach(Eyes::kOwn, &*own_stage_);
     views_->advance();
   }
   own_stage_->resize(own_size_);
   own_stage_->look_from(rig_of(own_from_, views_->middle(), own_size_));
-  const Look& look = views_->look(Eyes::kOwn);
-  own_stage_->hold_mirror(mirror_for(look));
-  own_stage_->hold_suction(tip_for(look));
-  const bool chips = debris_ && look.debris;
-  const auto particles = chips ? debris_->particles() : std::span<const render::Particle>{};
-  own_stage_->show_film(chips ? debris_->film() : nullptr);
-  const auto stats = own_stage_->draw(tick, particles, dt);
+  const auto stats = own_stage_->draw(world_, views_->look(Eyes::kOwn));
   if (!stats.drawn) return;
   ++own_frames_;
   count_frame(stats, work);
   if (in_one_window() || !stage_) frame_shown();
 }
 
-void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work) {
-  const std::span tools = haptics::tool_set(scene_.servo);
-  debris_->hold(tick, tools[tick.tool]);
-  debris_->step(std::min(dt, 0.1));
-  debris_->count(work);
-  record_water();
-}
-
-/// Updates the picture of the soft gum, which the tool deforms.
-void LivePicture::follow_gum(const ServoTick& tick) {
-  gum_->follow(tick.t);
-  if (stage_) stage_->show_gum(*gum_);
-  if (own_stage_) own_stage_->show_gum(*gum_);
-}
-
-void LivePicture::apply(const ServoEvent& event) {
-  if (const auto* const cut = std::get_if<Cut>(&event); cut && debris_) {
-    debris_->add(*cut, haptics::tool_set(scene_.servo)[cut->tool]);
-  } else if (gum_) {
-    gum_->apply(event);
-  }
-}
-
-void LivePicture::apply(const CarverEvent& event) {
-  if (const auto* const piece = std::get_if<LoosePiece>(&event); piece && debris_) debris_->add(*piece);
-}
-
-void LivePicture::draw(const ServoTick& tick, const std::string& hint, WorkCounts& work) {
+void LivePicture::draw(const std::string& hint, WorkCounts& work) {
   if (frames_ > 0 && ++turns_since_first_ == 2)
     // Stores the time at which the first picture is certainly on the screen. The window shows a frame at the latest at
     // the second poll() after drawing it. So this time may be a little too late, but not too early.
@@ -333,35 +267,25 @@ void LivePicture::draw(const ServoTick& tick, const std::string& hint, WorkCount
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
-  if (debris_) move_debris(tick, dt, work);
-  if (haptics::HandSample sample; left_.newest(sample)) {
-    X_WL_ = sample.X_WT;
-    if (hand_holds_suction(scene_) && debris_) suck(sucking_);
+  if (haptics::HandSample sample; left_.newest(sample)) world_.apply(sample);
+  if (world_.debris()) {
+    world_.debris()->count(work);
+    record_water();
   }
-  if (fog_) {
-    const MouthMirror mirror = mirror_for({});
-    fog_->advance(std::min(dt, 0.1), mirror, fog_->air(mirror, tick, debris_ && debris_->spraying()));
-  }
-  follow_implant(tick);
-  if (gum_) follow_gum(tick);
-  draw_own(tick, dt, work);
+  follow_implant();
+  draw_own(work);
   if (in_one_window()) {
     frame_seconds_ += 0.1 * (to_seconds(now() - last_turn_) - frame_seconds_);
     return std::this_thread::sleep_for(4ms);
   }
-  const Look& look = views_->look(Eyes::kTrainee);
-  stage_->hold_mirror(mirror_for(look));
-  stage_->hold_suction(tip_for(look));
-  const bool chips = debris_ && look.debris;
-  stage_->show_cloud(chips ? debris_->cloud() : nullptr);
-  stage_->show_film(chips ? debris_->film() : nullptr);
-  const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
+  world_.say(hint);
+  const auto stats = stage_->draw(world_, views_->look(Eyes::kTrainee));
   frames_ += stats.drawn;
   record_view();
   if (stats.drawn) {
     drawn_turn_ = last_turn_;
     count_frame(stats, work);
-    follow(stats, dt, tick);
+    follow(stats, dt);
     return;
   }
   drew_last_ = false;
@@ -376,7 +300,8 @@ void LivePicture::draw(const ServoTick& tick, const std::string& hint, WorkCount
 /// Chooses the level of detail and the quality of the next frame of the trainee's picture, from measurements of its
 /// present frame. The time of other pictures does not count, so they do not reduce the quality of the trainee's
 /// picture.
-void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
+void LivePicture::follow(const render::FrameStats& stats, double dt) {
+  const ServoTick& tick = world_.tick();
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
   frame_shown();

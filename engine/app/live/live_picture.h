@@ -10,14 +10,11 @@
 #include <vector>
 
 #include "engine/app/live/session.h"
-#include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
-#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/soft_gum_view.h"
-#include "engine/app/surroundings/surroundings.h"
+#include "engine/app/picture/world.h"
 #include "engine/app/work_counts.h"
 
 namespace typodont {
@@ -37,9 +34,9 @@ class LivePicture {
     /// the operator's GPU device; null: the picture creates its own device
     gpu::Device* device = nullptr;
   };
-  /// Prepares the pictures without drawing. `above`: m, frame W, initial position of the tool; `left_hand`: true if a
-  /// second hand holds the mouth mirror. The scene and the session must outlive this object.
-  LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above, bool left_hand);
+  /// Prepares the pictures without drawing. `start`: state of the tool before the first tick. The scene and the session
+  /// must outlive this object.
+  LivePicture(const Scene& scene, const Options& options, LiveSession& session, const ServoTick& start);
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
@@ -66,14 +63,13 @@ class LivePicture {
 
   /// Receives the changes of the tissue that the carver thread made since the last call.
   void collect();
-  /// Applies what the servo and the carver did to the debris and the soft gum.
-  void apply(const ServoEvent& event);
-  void apply(const CarverEvent& event);
+  /// Applies what the servo and the carver did.
+  void apply(const ServoEvent& event) { world_.apply(event); }
+  void apply(const CarverEvent& event) { world_.apply(event); }
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
-  void draw(const ServoTick& tick, const std::string& hint, WorkCounts& work);
+  void draw(const std::string& hint, WorkCounts& work);
   /// Draws the picture from the free viewpoint if it is requested and the interval since its last frame has passed.
-  /// `dt`: s since the last pass of the drawing loop.
-  void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
+  void draw_own(WorkCounts& work);
   /// Sets the free viewpoint and the size of its picture in pixels. A size of 0 switches this picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
@@ -81,16 +77,12 @@ class LivePicture {
   /// Switches to the next view. The order is: normal, section through the bur, glass (transparent tooth), difference to
   /// the ideal result (if the scene has an ideal), and normal again. In an implant exercise there are two sections
   /// through the implant's axis, along the arch and across it.
-  void show_next_view(const ServoTick& tick);
+  void show_next_view();
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();
   /// Switches the handpiece's water on or off. Has an effect only if the scene has spray.
   void switch_spray();
-  bool has_spray() const { return debris_ && debris_->has_spray(); }
-  bool spraying() const { return debris_ && debris_->spraying(); }
-  bool shows_debris() const { return debris_.has_value(); }
-  bool sucking() const { return sucking_; }
-  double suction_flow() const;  // returns the flow of the suction (m³/s); 0 if it is off
+  const World& world() const { return world_; }
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
@@ -108,36 +100,24 @@ class LivePicture {
 
  private:
   void update_tissue_visibility();
-  void follow_gum(const ServoTick& tick);
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
-  MouthMirror mirror_for(const Look& look);
-  SuctionTip tip_for(const Look& look);
   void record_water();
-  void suck(bool on);
-  void move_debris(const ServoTick& tick, double dt, WorkCounts& work);
-  void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
+  void follow(const render::FrameStats& stats, double dt);
   void frame_shown();
   void record_view();
-  glm::dvec4 section_through_implant(const ServoTick& tick) const;
-  void follow_implant(const ServoTick& tick);
+  glm::dvec4 section_through_implant() const;
+  void follow_implant();
 
   const Scene& scene_;
   const Options options_;
   LiveSession& session_;
-  const dvec3 above_;
-  const bool left_hand_;
+  World world_;
   Tape<haptics::HandSample>::Reader left_;
-  std::optional<Pose> X_WL_;  // latest pose of the second hand
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
-  Surroundings around_;                      // meshes of the tooth's surroundings
-  std::optional<MirrorFog> fog_;             // fog of the mouth mirror; empty if the fog does not change
-  std::optional<SoftGumView> gum_;           // the soft gum; empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
-  std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture
-  std::optional<DebrisView> debris_;
-  bool sucking_ = false;
+  std::optional<Detail> detail_;      // level of detail of the tooth in the trainee's picture
   std::optional<WaterSwitch> water_;  // state of water and suction that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, because this object refers to them

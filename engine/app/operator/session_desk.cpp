@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/base/log.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "engine/app/hud_text.h"
 #include "engine/app/operator/session_controls.h"
+#include "engine/app/picture/hud.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
 #include "engine/display/writing.h"

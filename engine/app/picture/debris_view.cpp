@@ -23,7 +23,8 @@ constexpr float kLeastShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
-// with software rendering, the chips of this number of cuts are created together
+// If the CPU moves the chips, the chips of this number of cuts are created together, because many chips would take too
+// long. Each chip then has more mass.
 constexpr int kLumps = 8;
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
@@ -33,11 +34,12 @@ WaterPlan water_of(const Scene& scene, const Surroundings& around) {
   return {scene.spray, scene.spray_on, around.covered};
 }
 
-DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan)
-    : film(field, materials, {.drain = plan.drain}), spray(*plan.nozzles), picture(field) {}
+DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan,
+                         std::uint64_t version)
+    : film(field, materials, {.drain = plan.drain}), spray(*plan.nozzles), picture(field, version) {}
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
-    : materials_(materials) {
+    : materials_(materials), plan_(water) {
   // Copies every n-th sample of the volume to the coarse distance field. The samples of both fields lie at the same
   // points, so no interpolation is needed.
   glm::ivec3 lo, hi;
@@ -63,16 +65,23 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
     }
   }
   field_.distance = distance_.data();
-  if (!water.nozzles) return;
-  water_.emplace(field_, materials_, water);
-  spraying_ = water.on;
+  uncut_ = distance_;
+  restart();
+}
+
+void DebrisView::restart() {
+  std::copy(uncut_.begin(), uncut_.end(), distance_.begin());
+  debris_ = debris::Debris(options_);
+  batched_ = 0;
+  batch_removed_ = {};
+  if (!plan_.nozzles || uncut_.empty()) return;
+  const std::uint64_t version = water_ ? water_->picture.version() + 1 : 0;
+  water_.emplace(field_, materials_, plan_, version);
+  spraying_ = plan_.on;
 }
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering, many chips would take too long to draw. So fewer chips are created, and each chip has more
-  // mass.
-  batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
   cloud_.emplace(*device, cloud_law(options_, field_, kLeastShown), distance_);
@@ -118,7 +127,7 @@ void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
   for (std::size_t t = 0; t < kTissueCount; ++t) batch_removed_[t] += cut.removed[t];
   last_ = cut;
   last_radius_ = tool.radius();
-  if (++batched_ >= batch_size_) emit_batch();
+  if (++batched_ >= (cloud_ ? 1 : kLumps)) emit_batch();
 }
 
 void DebrisView::emit_batch() {

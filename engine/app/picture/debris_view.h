@@ -62,6 +62,8 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// Replaces a loose piece of tissue by chips at its position.
   void add(const LoosePiece& piece);
+  /// Removes all chips and all water, and fills the cavities again.
+  void restart();
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
   /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
@@ -72,7 +74,7 @@ class DebrisView {
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// Returns the picture of the film of water for PictureStage::show_film; null without nozzles.
+  /// Returns the picture of the film of water; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
   /// Adds to `work` the counts of computed droplets, cells of the film of water, and texels since the last call.
   void count(WorkCounts& work);
@@ -88,7 +90,8 @@ class DebrisView {
 
  private:
   struct Water {
-    Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan);
+    Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan,
+          std::uint64_t version);
     debris::Film film;
     debris::Spray spray;
     FilmPicture picture;
@@ -113,17 +116,17 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  /// number of cuts whose chips are created together (a batch), and number of cuts in the present batch
-  int batch_size_ = 1, batched_ = 0;
-  PerTissue batch_removed_{};  // m³, volume that the cuts of the present batch removed
-  Cut last_;                   // the last cut of the present batch
-  double last_radius_ = 0;     // m, radius of the tool that made the last cut of the present batch
+  int batched_ = 0;            // number of cuts in the current batch, whose chips are created together
+  PerTissue batch_removed_{};  // m³, volume that the cuts of the current batch removed
+  Cut last_;                   // the last cut of the current batch
+  double last_radius_ = 0;     // m, radius of the tool that made the last cut of the current batch
   PerTissue given_{};          // kg, mass of chips that were passed to the GPU
   double given_dropped_ = 0;   // kg, mass of the chips that did not fit into the GPU's buffer
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
-  std::vector<float> distance_;
+  std::vector<float> uncut_, distance_;  // m, samples of the distance field: at the start, and now
   debris::CoarseField field_;
+  WaterPlan plan_;
   std::optional<Water> water_;
   bool spraying_ = false;
   std::vector<debris::DebrisPoint> points_, droplets_;

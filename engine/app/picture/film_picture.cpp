@@ -52,15 +52,16 @@ bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
 
 }  // namespace
 
-FilmPicture::FilmPicture(const debris::CoarseField& field)
-    : grid_{field.origin, field.spacing, field.size}, blocks_((field.size + kBlock - 1) / kBlock) {
+FilmPicture::FilmPicture(const debris::CoarseField& field, std::uint64_t version)
+    : grid_{field.origin, field.spacing, field.size}, blocks_((field.size + kBlock - 1) / kBlock), version_(version) {
   const std::size_t samples = static_cast<std::size_t>(grid_.size.x) * static_cast<std::size_t>(grid_.size.y) *
                               static_cast<std::size_t>(grid_.size.z);
   own_.resize(samples);
   texels_.resize(samples);
   queued_.resize(samples);
-  block_version_.resize(static_cast<std::size_t>(blocks_.x) * static_cast<std::size_t>(blocks_.y) *
-                        static_cast<std::size_t>(blocks_.z));
+  block_version_.resize(
+      static_cast<std::size_t>(blocks_.x) * static_cast<std::size_t>(blocks_.y) * static_cast<std::size_t>(blocks_.z),
+      version);
 }
 
 void FilmPicture::update(debris::Film& film) {

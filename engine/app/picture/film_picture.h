@@ -11,8 +11,9 @@ namespace typodont {
 
 class FilmPicture {
  public:
-  /// `field`: distance field with the grid of the film of water.
-  explicit FilmPicture(const debris::CoarseField& field);
+  /// `field`: distance field with the grid of the film of water. `version`: larger than that of an earlier picture in
+  /// the same place, so that renderers receive the empty film.
+  explicit FilmPicture(const debris::CoarseField& field, std::uint64_t version = 0);
 
   /// Updates the texels of those cells of the film of water that have changed visibly since the last call.
   void update(debris::Film& film);
@@ -48,7 +49,7 @@ class FilmPicture {
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;
   std::vector<std::uint64_t> block_version_;  // version of the film of water at the last change of each block
-  std::uint64_t version_ = 0, texels_written_ = 0;
+  std::uint64_t version_, texels_written_ = 0;
 };
 
 }  // namespace typodont

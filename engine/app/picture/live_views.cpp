@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "engine/app/picture/teaching_views.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -117,7 +116,6 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
   const Look before = p.look;
   p.look = wanted;
   if (!p.stage) return;
-  if (wanted.tool != before.tool) p.stage->show_tool(wanted.tool);
   if (wanted.surroundings != before.surroundings) {
     p.stage->surround(wanted.surroundings ? around_ : Surroundings());
     if (!wanted.surroundings) {
@@ -206,7 +204,7 @@ bool LiveViews::advance() {
     // The user has requested another Look (settings of the picture) while this result was computed. So the result is
     // not used.
     if (!p.stage || !(m.wish == p.wish)) continue;
-    for (const Body& body : m.bodies) {
+    for (const ViewBody& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
       if (body.mesh != render::kWorkingTooth) continue;
       p.replaced = true;
@@ -314,7 +312,8 @@ void LiveViews::run() {
     for (std::size_t i = 0; i < 2; ++i) {
       if (!make[i]) continue;
       const Nanos began = now();
-      Made made{static_cast<Eyes>(i), wishes[i], bodies_of(wishes[i], *tissue)};
+      Made made{static_cast<Eyes>(i), wishes[i],
+                view_bodies(wishes[i].look.view, wishes[i].plane, wishes[i].look.hidden, *tissue)};
       shown[i] = wishes[i];
       shown_version[i] = version;
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
@@ -363,20 +362,6 @@ void LiveViews::keep(Made made) {
   std::erase_if(made_,
                 [&](const Made& old) { return old.eyes == made.eyes && old.bodies[0].mesh == made.bodies[0].mesh; });
   made_.push_back(std::move(made));
-}
-
-std::vector<LiveViews::Body> LiveViews::bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const {
-  std::vector<Body> bodies;
-  if (wish.look.view == render::View::kSection) {
-    bodies.push_back({render::kSectionFace, section_face(tissue, dvec3(wish.plane), -wish.plane.w)});
-  } else if (wish.look.view == render::View::kXray) {
-    bodies.push_back({render::kInsidePulp, tissue_inside(tissue, Tissue::kPulp)});
-    bodies.push_back({render::kInsideCaries, tissue_inside(tissue, Tissue::kCaries)});
-    bodies.push_back({render::kInsideDentin, tissue_inside(tissue, Tissue::kDentin)});
-  } else {
-    bodies.push_back({render::kWorkingTooth, tissues_left(tissue, wish.look.hidden)});
-  }
-  return bodies;
 }
 
 }  // namespace typodont

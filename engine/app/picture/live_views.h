@@ -16,6 +16,7 @@
 #include "engine/app/field/tooth_field.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/teaching_views.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/session/explore.h"
@@ -81,14 +82,10 @@ class LiveViews {
     /// example inner tissues or a section.
     bool needs_bodies() const;
   };
-  struct Body {
-    render::MeshId mesh;
-    std::vector<render::MeshUpdate> bricks;
-  };
   struct Made {
     Eyes eyes;
     Wish wish;
-    std::vector<Body> bodies;
+    std::vector<ViewBody> bodies;
   };
   struct Picture {
     PictureStage* stage = nullptr;
@@ -107,7 +104,6 @@ class LiveViews {
   void start();
   void run();
   std::unique_ptr<haptics::TissueVolume> copy_of_tissue();
-  std::vector<Body> bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const;
   void keep(Made made);
 
   const Scene& scene_;

@@ -62,6 +62,12 @@ Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W) {
   return clamped(v);
 }
 
+glm::dvec4 section_facing(const dvec3& through_W, const dvec3& p_WE) {
+  const dvec3 away = through_W - p_WE, level(away.x, away.y, 0);
+  const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? glm::normalize(level) : dvec3(0, 1, 0);
+  return {n, -glm::dot(n, through_W)};
+}
+
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE) {
   if (look.plane != glm::dvec4(0)) return look.plane;
   dvec3 n(0);

@@ -41,6 +41,9 @@ display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::iv
 /// Converts the eye position of a display rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
+/// Returns a vertical section plane through a point that faces the viewer at p_WE. The tissue behind it is kept.
+glm::dvec4 section_facing(const dvec3& through_W, const dvec3& p_WE);
+
 /// Returns the section plane of these settings (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue
 /// behind the plane, as the viewer sees it, is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);

@@ -75,14 +75,13 @@ void PairStage::fit() {
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
 }
 
-std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>& ticks,
-                                                  const std::array<std::span<const render::Particle>, 2>& particles,
-                                                  double dt, const std::array<std::string, 2>& hints) {
+std::array<render::FrameStats, 2> PairStage::draw(const std::array<World*, 2>& worlds,
+                                                  const std::array<Look, 2>& looks) {
   follow_size();
   bool drawn = output_->needs_frame();
   std::array<render::FrameStats, 2> stats;
   for (std::size_t k = 0; k < 2; ++k) {
-    stats[k] = stages_[k]->draw(ticks[k], particles[k], dt, hints[k]);
+    stats[k] = stages_[k]->draw(*worlds[k], looks[k]);
     drawn |= stats[k].drawn;
   }
   const display::Compositor::Huds huds{&stages_[0]->hud(), &stages_[1]->hud()};

@@ -5,7 +5,6 @@
 #include <array>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "engine/app/picture/picture_stage.h"
 
@@ -23,9 +22,7 @@ class PairStage {
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
   /// Draws both pictures and shows them together. Returns the statistics of both frames.
-  std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
-                                         const std::array<std::span<const render::Particle>, 2>& particles, double dt,
-                                         const std::array<std::string, 2>& hints);
+  std::array<render::FrameStats, 2> draw(const std::array<World*, 2>& worlds, const std::array<Look, 2>& looks);
   /// Returns the content of the screen. Call it only without a window.
   render::Picture screen();
   display::Output& output() { return *output_; }

@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "engine/app/handpiece_file.h"
-#include "engine/app/hud_text.h"
-#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/picture/hud.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"
@@ -19,10 +18,7 @@ namespace typodont {
 namespace {
 
 constexpr std::string_view kDiamond =
-    "80";  // first digits of the ISO 6360 codes 801 to 807: galvanically bonded diamond
-// s, time between two updates of the displayed numbers; faster updates would not be readable
-constexpr double kDisplayInterval = 0.1;
-
+    "80";                            // first digits of the ISO 6360 codes 801 to 807: galvanically bonded diamond
 constexpr double kPrecision = 1e-6;  // m, largest distance of a drawn outline from the meridian
 
 // number of cells whose light inside tissue is computed again before a frame, after a cut
@@ -210,16 +206,13 @@ bool is_placed(const haptics::Tool& tool, const ServoTick& tick) {
   return tool.implant && tool.implant->stays() && tick.level == session::implant_level::kPlaced;
 }
 
-double drawn_spin(const haptics::Tool& tool, double spindle) {
-  return tool.implant && tool.implant->threaded() ? -spindle : spindle;
-}
-
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
     : rig_(rig),
       rest_(rig.head),
       servo_(servo),
       options_(options),
-      device_(options.device ? *options.device : own_device_.emplace(make_picture_device(options))) {
+      device_(options.device ? *options.device : own_device_.emplace(make_picture_device(options))),
+      shown_(options.handpieces) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
   ring_ = gpu::FrameRing::create(device_);
   first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
@@ -239,24 +232,6 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
   screen_size_ = output_ ? output_->size() : eye;
   renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
-  take_up(0);
-}
-
-const haptics::Tool& PictureStage::tool() const {
-  return haptics::tool_set(servo_)[shown_tool_];
-}
-
-void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
-  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tool_set(servo_).size() - 1);
-  shown_placed_ = placed;
-  const DrawnTool drawn = drawn_tool(tool(), servo_.spindle, options_.handpieces, placed);
-  X_GH_ = drawn.X_GH;
-  open_ = drawn.open;
-  renderer_->set_tool(drawn.tool, drawn.handpiece);
-}
-
-render::ToolMesh PictureStage::tool_triangles() const {
-  return drawn_tool(tool(), servo_.spindle, options_.handpieces, shown_placed_).tool;
 }
 
 PictureStage::~PictureStage() {
@@ -309,7 +284,7 @@ void PictureStage::surround(const Surroundings& around) {
   around_ = around;
   coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
   typodont::surround(*renderer_, around_, coarse_around_);
-  gum_version_ = 0;
+  shown_.gum_at_rest();
   light_scene_.reset();
   tissue_light_.reset();
   const render::Quality& quality = options_.quality;
@@ -353,15 +328,39 @@ void PictureStage::follow_light(const render::Lights& lights) {
   lit_by_ = lights;
 }
 
-void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version) {
-  if (gum.version() == version) return;
-  for (const SoftGumView::Brick& brick : gum.bricks())
-    if (brick.coarse == coarse && brick.version > version) renderer.update(brick.mesh, {&brick.now, 1});
-  version = gum.version();
+void add_held(const World& world, const Look& look, render::Frame& frame) {
+  const ServoTick& tick = world.tick();
+  frame.tool.visible = look.tool;
+  frame.tool.X_WG = tick.X_WG;
+  frame.tool.angle = world.angle();
+  frame.tool.spindle = tick.spindle;
+  frame.mirror = look.mirror ? world.mirror() : MouthMirror{};
+  frame.suction = look.debris ? world.suction_tip() : SuctionTip{};
 }
 
-void PictureStage::show_gum(const SoftGumView& gum) {
-  if (!around_.meshes.empty()) typodont::show_gum(*renderer_, gum, coarse_around_, gum_version_);
+void ShownWorld::add(World& world, const Look& look, std::optional<bool> coarse, render::Renderer& renderer,
+                     render::Frame& frame) {
+  const bool placed = is_placed(world.tool(), world.tick());
+  if (tool_ != world.tick().tool || placed != placed_) {
+    tool_ = world.tick().tool;
+    placed_ = placed;
+    const DrawnTool drawn = drawn_tool(world.tool(), world.scene().servo.spindle, handpieces_, placed);
+    X_GH_ = drawn.X_GH;
+    open_ = drawn.open;
+    renderer.set_tool(drawn.tool, drawn.handpiece);
+  }
+  add_held(world, look, frame);
+  frame.tool.X_GH = X_GH_;
+  frame.tool.open = open_;
+  if (const SoftGumView* const gum = world.gum(); gum && coarse && gum->version() != gum_version_) {
+    for (const SoftGumView::Brick& brick : gum->bricks())
+      if (brick.coarse == *coarse && brick.version > gum_version_) renderer.update(brick.mesh, {&brick.now, 1});
+    gum_version_ = gum->version();
+  }
+  DebrisView* const debris = look.debris ? world.debris() : nullptr;
+  if (debris) frame.particles = debris->particles();
+  if (debris) frame.cloud = debris->cloud();
+  FilmPicture::show(debris ? debris->film() : nullptr, renderer, film_);
 }
 
 /// Chooses between the fine and the coarse mesh of the surroundings, by the size of a pixel at the tooth.
@@ -374,14 +373,13 @@ void PictureStage::follow_pixels(double pixel) {
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
   typodont::surround(*renderer_, around_, coarse_around_);
-  gum_version_ = 0;
+  shown_.gum_at_rest();
 }
 
-void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
+void PictureStage::add_cursor(const haptics::Tool& held, const Pose& X_WG, render::Frame& frame) {
   // m. kRoom: distance between the tool and the ring around it; kStep: distance between two dots; kReach: length of the
   // row of dots; kDot: radius of a dot.
   constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;
-  const haptics::Tool& held = tool();
   const dvec3 down = X_WG.R * dvec3(0, 0, -1);
   frame.cursor = {true, X_WG.p, down, 1.3 * held.radius() + kRoom};
   with_dots_.assign(frame.particles.begin(), frame.particles.end());
@@ -461,54 +459,36 @@ bool PictureStage::in_sight(const std::optional<render::BoxInWorld>& box) const 
   return (!output_ || output_->visible()) && (!box || render::in_sight(look(), *box));
 }
 
-render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
-                                      const std::string& hint) {
+render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
     missed_ = true;  // the content of a minimised window may be lost, so the next frame must be drawn
     return {};
   }
   follow_size();
-  if (tick.tool != shown_tool_) take_up(tick.tool);
-  if (const bool placed = is_placed(tool(), tick); placed != shown_placed_) take_up(tick.tool, placed);
   follow_head();
-  const display::Screen& screen = rig_.screen;
   render::Frame frame = look();
   follow_light(frame.lights);
-  angle_ = std::fmod(angle_ + drawn_spin(tool(), tick.spindle) * dt, 2 * kPi);
-  at_rest_ = looks_same(tick.X_WG, shown_at_);
-  if (!at_rest_) shown_at_ = tick.X_WG;
-  frame.tool = {.visible = options_.tool,
-                .X_WG = shown_at_,
-                .angle = angle_,
-                .spindle = tick.spindle,
-                .X_GH = X_GH_,
-                .open = open_};
   frame.view = view_;
   frame.section = section_;
-  frame.particles = particles;
-  frame.cloud = cloud_;
-  if (options_.cursor && options_.tool) add_cursor(shown_at_, frame);
+  frame.particles = spheres_;
+  shown_.add(world, shown, around_.meshes.empty() ? std::nullopt : std::optional(coarse_around_), *renderer_, frame);
+  if (!options_.chips_on_gpu) frame.cloud = nullptr;
+  mirror_ = frame.mirror;
+  tip_ = frame.suction;
+  at_rest_ = looks_same(frame.tool.X_WG, shown_at_);
+  if (!at_rest_) shown_at_ = frame.tool.X_WG;
+  frame.tool.X_WG = shown_at_;
+  if (options_.cursor && shown.tool) add_cursor(world.tool(), shown_at_, frame);
+  const display::Screen& screen = rig_.screen;
+  if (options_.hud) hud_ = typodont::hud(world, options_.language);
   hud_.visible = options_.hud;
-  if (options_.hud) {
-    hud_.tool = tool_title(tool(), options_.language);
-    hud_.words = hud_words(options_.language);
-    read_age_ += dt;
-    if (dt <= 0 || read_age_ >= kDisplayInterval) {
-      read_age_ = 0;
-      read_force_ = glm::length(tick.f_T_W);
-      read_spindle_ = tick.spindle;
-    }
-    hud_.speed_krpm = read_spindle_ / kKrpm;
-    hud_.force_shown = options_.force_in_hud;
-    hud_.force = read_force_;
-    hud_.force_limit = options_.force_limit;
-    hud_.hint = hint;
-    hud_.least_letters = display::readable_letters(rig_);
-    hud_.upright = display::upright(rig_);
-    hud_.aspect =
-        glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
-  }
+  hud_.force_shown = options_.force_in_hud;
+  hud_.force_limit = options_.force_limit;
+  hud_.least_letters = display::readable_letters(rig_);
+  hud_.upright = display::upright(rig_);
+  hud_.aspect =
+      glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
 
   const VkCommandBuffer commands = ring_.begin(device_);
   render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
@@ -551,22 +531,22 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     ring_.submit(device_, target->ready, target->done);
     // Computes the time until the frame is visible. This is the sum of three times: recording and submission on the
     // CPU; drawing on the GPU; and half a refresh period, which is the mean time until the screen is refreshed.
-    const auto shown = [this, began](double more) {
+    const auto seen_at = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
     };
     timing_.record += to_seconds(now() - acquired);
     if (target->memory.first) {
-      output_->present(drawn, [this, slot = ring_.slot(), shown] {
+      output_->present(drawn, [this, slot = ring_.slot(), seen_at] {
         ring_.wait(device_, slot);
         compositor_->compose(slot);
-        shown(0);
+        seen_at(0);
       });
     } else {
       const Nanos handed = now();
       output_->present(drawn);
       timing_.record += to_seconds(now() - handed);
-      shown(timing_.gpu);
+      seen_at(timing_.gpu);
     }
   } else {
     missed_ = true;

@@ -1,5 +1,5 @@
-// Draws the pictures of the bench from the servo's ticks. Contains a Vulkan device, a renderer and the screen of a
-// display rig. The pictures are drawn offscreen or in a window (workbench.h). Render thread only.
+// Draws the pictures of a World and its tissue. Contains a Vulkan device, a renderer and the screen of a display rig.
+// The pictures are drawn offscreen or in a window (workbench.h). Render thread only.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,8 @@
 
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/film_picture.h"
+#include "engine/app/picture/look.h"
+#include "engine/app/picture/world.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/work_counts.h"
@@ -25,8 +27,6 @@
 
 namespace typodont {
 
-class SoftGumView;
-
 /// A tool and the handpiece that holds it, in the form in which they are drawn.
 struct DrawnTool {
   render::ToolMesh tool;
@@ -43,15 +43,32 @@ DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle,
                      bool placed = false);
 /// Returns true if the tool is an implant or screw that has been placed in the bone at this tick.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// Returns the speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as
-/// seen from the shank, when they enter.
-double drawn_spin(const haptics::Tool& tool, double spindle);
-
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
-/// Gives the bricks of the soft gum that have changed since `version` to the renderer, and updates `version`. `coarse`:
-/// true if surround() gave the coarse meshes. The first call after surround() must have the version 0.
-void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version);
+
+/// Adds the poses of tool, mouth mirror and suction tip to a frame.
+void add_held(const World& world, const Look& look, render::Frame& frame);
+
+/// What a renderer has received of a World: tool, soft gum and film.
+class ShownWorld {
+ public:
+  explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
+  /// Call it after surround(), which draws the gum at rest.
+  void gum_at_rest() { gum_version_ = 0; }
+  /// Gives the renderer what has changed, and adds the world to the frame. `coarse`: which meshes surround() gave;
+  /// empty: there are none.
+  void add(World& world, const Look& look, std::optional<bool> coarse, render::Renderer& renderer,
+           render::Frame& frame);
+
+ private:
+  HandpieceView handpieces_;
+  std::optional<std::uint32_t> tool_;  // index in the tool set; empty: not yet given to the renderer
+  bool placed_ = false;                // true: the tool's head (an implant) stays in the tissue
+  Pose X_GH_;                          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
+  bool open_ = false;                  // see render::ToolState::open
+  std::uint64_t gum_version_ = 0;
+  FilmPicture::Shown film_;
+};
 
 /// Returns a box outside of which no tissue can appear during the session. Empty if there is no such box: if a tool of
 /// the tool set adds tissue, or if undo can restore tissue that was removed before the session was resumed.
@@ -76,7 +93,7 @@ class PictureStage {
     bool hud = true;
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    bool tool = true;
+    bool chips_on_gpu = true;                                  // false: another picture of the same device moves them
     /// true: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there
     bool cursor = false;
     double force_limit = 3;  // N, force at the end of the force bar
@@ -94,17 +111,8 @@ class PictureStage {
 
   /// Adds the static surroundings. Call it before the first bricks, so that mesh blocks behind the gum are not drawn.
   void surround(const Surroundings& around);
-  /// Updates the bricks (mesh blocks) of the soft gum that have changed since the last call. Call it before each frame.
-  void show_gum(const SoftGumView& gum);
-
-  /// Sets the mouth mirror from the next frame on. Its diameter is 0 if there is none.
-  void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
-  /// Sets the suction tip from the next frame on. Its opening is 0 if there is none.
-  void hold_suction(const SuctionTip& tip) { tip_ = tip; }
-  /// Sets the particles, which are stored on this object's GPU device, from the next frame on. Null: there are none.
-  void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
-  /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
-  void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
+  /// Sets spheres that the next frames show, for example those of a packing.
+  void show_spheres(std::span<const render::Particle> spheres) { spheres_ = spheres; }
   /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. Bodies that a view
   /// shows besides the surface are set by show_inside() (engine/app/picture/teaching_views.h).
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
@@ -112,18 +120,15 @@ class PictureStage {
     section_ = section;
   }
   render::View view() const { return view_; }
-  /// Shows or hides the tool in the picture.
-  void show_tool(bool shown) { options_.tool = shown; }
   /// Uses the screen and the user's head position of this display rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
   /// Replaces a body that only one view shows, for example render::kSectionFace. Positions are relative to `origin` (m,
   /// frame W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Draws and shows one frame. If drawn offscreen, waits until the frame is finished. `dt`: s since the last frame;
-  /// the bur rotates by the corresponding angle.
-  render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
-                          const std::string& hint = "");
+  /// Draws and shows one frame of the world. If drawn offscreen, waits until the frame is finished. `look`: the parts
+  /// of the world that are shown; its view is set by show_as().
+  render::FrameStats draw(World& world, const Look& look = {});
 
   /// Returns true if something inside the box may be visible in the next frame. An empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
@@ -140,8 +145,6 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
-  /// Returns the triangles of the drawn tool without its handpiece.
-  render::ToolMesh tool_triangles() const;
   render::Lights lights() const { return look().lights; }
 
   /// Returns the picture of one eye in the last frame (0 left, 1 right), without text.
@@ -179,13 +182,11 @@ class PictureStage {
  private:
   render::Frame look() const;
   void follow_size();
-  void take_up(std::uint32_t tool_index, bool placed = false);
-  const haptics::Tool& tool() const;
   void follow_head();
   void follow_pixels(double pixel);
   void follow_light(const render::Lights& lights);
   /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the drawn particles.
-  void add_cursor(const Pose& X_WG, render::Frame& frame);
+  void add_cursor(const haptics::Tool& tool, const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;
   display::Head rest_;  // pose of the user's head that the rig file states
@@ -215,25 +216,16 @@ class PictureStage {
   std::optional<render::TissueLight> tissue_light_;
   render::Lights lit_by_;
   bool coarse_around_ = false;
-  std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the mesh that the renderer has received
-  // Displayed numbers. read_age_: s, time since the numbers last changed; read_force_: N, force; read_spindle_: rad/s,
-  // spindle speed.
-  double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
+  ShownWorld shown_;
   MouthMirror mirror_;
   SuctionTip tip_;
-  render::ParticleCloud* cloud_ = nullptr;
-  FilmPicture::Shown film_shown_;
+  std::span<const render::Particle> spheres_;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
   double pixel_ = 0;                         // m, width of a pixel at the tooth in the last frame
   std::vector<render::Particle> with_dots_;  // particles of the debris, followed by the dots of the cursor
-  double angle_ = 0;
-  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
-  Pose X_GH_;          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
-  Pose shown_at_;      // pose of the tool in the last frame
+  Pose shown_at_;                            // pose of the tool in the last frame
   bool at_rest_ = false;
-  std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
-  bool shown_placed_ = false;   // true: the tool's head (an implant) stays in the tissue; only its driver is drawn
 };
 
 /// Creates a GPU device for pictures with these options. If the options request a window, the device can show it.

@@ -102,6 +102,21 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
   return updates;
 }
 
+std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
+                                  const haptics::TissueVolume& volume) {
+  std::vector<ViewBody> bodies;
+  if (view == render::View::kSection) {
+    bodies.push_back({render::kSectionFace, section_face(volume, dvec3(plane), -plane.w)});
+  } else if (view == render::View::kXray) {
+    bodies.push_back({render::kInsidePulp, tissue_inside(volume, Tissue::kPulp)});
+    bodies.push_back({render::kInsideCaries, tissue_inside(volume, Tissue::kCaries)});
+    bodies.push_back({render::kInsideDentin, tissue_inside(volume, Tissue::kDentin)});
+  } else if (hidden != 0) {
+    bodies.push_back({render::kWorkingTooth, tissues_left(volume, hidden)});
+  }
+  return bodies;
+}
+
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin,
                      std::vector<render::MeshUpdate>& updates) {
   mark_difference(ToothField(ideal, kDifferenceReach), origin, updates);

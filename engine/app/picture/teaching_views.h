@@ -22,6 +22,16 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
 /// tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
+/// A body that a view shows besides the surface of the tissue, or in place of it.
+struct ViewBody {
+  render::MeshId mesh;
+  std::vector<render::MeshUpdate> bricks;
+};
+/// Makes the bodies of a view: the face of the section at `plane`, the inner tissues of an X-ray, or the tissue that
+/// remains without the `hidden` tissues.
+std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
+                                  const haptics::TissueVolume& volume);
+
 /// Sets `difference` of every vertex to its distance (m) from the surface of the ideal preparation `ideal`: positive
 /// outside (tissue must still be removed), negative inside (too much was removed). `origin`: m, frame W, origin of the
 /// positions in `updates`.

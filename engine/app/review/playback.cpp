@@ -11,20 +11,17 @@
 #include <vector>
 
 #include "engine/app/assets.h"
-#include "engine/app/hud_text.h"
-#include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/magnify.h"
-#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/pair_stage.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/player.h"
-#include "engine/app/review/soft_gum_player.h"
+#include "engine/app/review/recorded_world.h"
 #include "engine/app/sound_link.h"
-#include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
@@ -60,26 +57,22 @@ display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
 class Side {
  public:
   Side(const session::OpenedSession& session, std::string name, session::Language language)
-      : player_(session), name_(std::move(name)), language_(language) {}
+      : player_(session),
+        recorded_(player_.session(), player_.scene(), player_.tissue()),
+        name_(std::move(name)),
+        language_(language) {}
 
   SessionPlayer& player() { return player_; }
+  World& world() { return recorded_.world(); }
   PictureStage& stage() { return *stage_; }
   const haptics::ServoSettings& servo() const { return player_.scene().servo; }
 
   void attach(PictureStage& stage) {
     stage_ = &stage;
-    around_ = make_surroundings(player_.scene().surroundings);
-    stage.surround(around_);
-    if (auto gum = soft_gum(player_.scene().surroundings)) gum_.emplace(player_, std::move(gum), around_);
-    mirror_ = player_.scene().mouth_mirror;
-    fog_ = mirror_fog_of(player_.scene());
-    stage.hold_mirror(mirror_);
-    stage.hold_suction(player_.scene().suction_tip);
+    stage.surround(world().surroundings());
     const double voxel = player_.tissue().frame().voxel;
-    detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
+    detail_.emplace(surface_tolerance(stage.rig(), voxel, stage.quality()), voxel);
     player_.smooth_to(detail_->tolerance());
-    if (player_.scene().needs("debris"))
-      debris_.emplace(servo().materials, player_.tissue(), water_of(player_.scene(), around_));
   }
 
   void show_as(const std::string& view) {
@@ -95,9 +88,11 @@ class Side {
   }
   const std::string& view() const { return view_; }
 
-  /// Shows the state `t` seconds after the beginning of the recording. `dt`: s since the last picture.
-  void go(double t, double dt) {
-    player_.seek(player_.begin() + t);
+  /// Goes to the state at the playback's time.
+  void go(const PlayClock& clock) {
+    player_.seek(player_.begin() + clock.at);
+    recorded_.go(from_seconds(player_.begin() + clock.at), clock.speed < 0);
+    world().say(line(clock));
     std::vector<render::MeshUpdate> surface = player_.take_surface();
     const dvec3 origin = player_.tissue().frame().origin;
     if (view_ == "difference" && ideal_) {
@@ -105,115 +100,57 @@ class Side {
       stage_->show_as(render::View::kDifference);
     }
     stage_->show(surface, origin);
-    if (gum_) {
-      gum_->follow();
-      stage_->show_gum(gum_->view());
-    }
     if (view_ == "section" || view_ == "xray") look_inside();
-    hold_other_hand();
-    if (debris_) {
-      switch_water();
-      for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tool_set(servo())[cut.tool]);
-      debris_->hold(player_.tick(), haptics::tool_set(servo())[player_.tick().tool]);
-      debris_->step(std::clamp(dt, 0.0, 0.1));
-      stage_->show_film(debris_->film());
-    }
-    if (fog_) {
-      const bool spraying = debris_ && debris_->spraying();
-      fog_->advance(std::clamp(dt, 0.0, 0.1), mirror_, fog_->air(mirror_, player_.tick(), spraying));
-      mirror_.fog = fog_->fog();
-    }
-    stage_->hold_mirror(mirror_);
   }
   /// Chooses the level of detail of the next picture from the statistics of the last picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
-  std::span<const render::Particle> particles() {
-    return debris_ ? debris_->particles() : std::span<const render::Particle>{};
-  }
-  std::string hint(const PlayClock& clock) const {
-    const ServoTick& tick = player_.tick();
-    const std::span<const haptics::Tool> tools = haptics::tool_set(servo());
+
+ private:
+  std::string line(const PlayClock& clock) {
     const auto number = [&](double value) { return session::number_text(value, 1, language_); };
     std::vector<std::string> parts;
     if (!name_.empty()) parts.push_back(name_);
     if (has_other_law(player_.session())) parts.push_back(hud_text(language_, "other_law"));
-    parts.push_back(fmt::format("{} / {} s", number(to_seconds(tick.t)), number(player_.end())));
+    parts.push_back(fmt::format("{} / {} s", number(to_seconds(world().tick().t)), number(player_.end())));
     parts.push_back(fmt::format("x{}", short_number(clock.speed, 3, language_)));
     if (clock.loop) parts.push_back(hud_text(language_, "loop"));
     if (clock.paused) parts.push_back(hud_text(language_, "paused"));
-    parts.push_back(tool_title(tools[std::min<std::size_t>(tick.tool, tools.size() - 1)], language_));
+    parts.push_back(tool_title(world().tool(), language_));
     return fmt::format("{}", fmt::join(parts, kHudGap));
   }
 
- private:
-  /// Draws the mouth mirror or the suction tip at the recorded pose of the second hand.
-  void hold_other_hand() {
-    const Scene& scene = player_.scene();
-    nozzle_ = scene.suction;
-    const std::optional<OtherHand> hand = player_.other_hand();
-    if (!hand) return;
-    if (!hand_holds_suction(scene)) {
-      mirror_ = held(scene.mouth_mirror, hand->X_WT);
-      return;
-    }
-    SuctionTip tip = scene.suction_tip;
-    tip.X_WS = hand->X_WT;
-    stage_->hold_suction(tip);
-    if (nozzle_) nozzle_->p_W = hand->X_WT.p;
-  }
-  /// Switches the picture's water and suction on or off, as they were in the recorded session.
-  void switch_water() {
-    const WaterSwitch water = player_.water();
-    debris_->spray(water.spray);
-    debris_->suck(water.suction ? nozzle_ : std::nullopt);
-  }
   /// Computes the cut face of the section view, or the pulp, caries and dentin that the X-ray view shows inside the
   /// tooth. Computes them again only after the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;
     const dvec3 origin = volume.frame().origin;
-    if (view_ == "section") {
-      const dvec3 away = glm::normalize(player_.tick().X_WG.p - stage_->rig().head.eye_center), up(0, 0, 1);
-      const dvec3 level = away - up * glm::dot(away, up);
-      const dvec3 n = glm::length(level) > 0.2 ? glm::normalize(level) : dvec3(0, 1, 0);
-      if (inside_cuts_ == ~std::uint64_t{0}) {  // the section plane is fixed and passes through the middle of the work
-        dvec3 middle(0);
-        for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
-        const auto count = static_cast<double>(player_.session().cuts().size());
-        plane_ = {n, -glm::dot(n, count > 0 ? middle / count : player_.tick().X_WG.p)};
-        if (const auto around = surroundings_shape(player_.scene().surroundings))
-          stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin),
-                              origin);
-      }
-      if (cuts != inside_cuts_)
-        stage_->show_inside(render::kSectionFace, section_face(volume, dvec3(plane_), -plane_.w), origin);
-      stage_->show_as(render::View::kSection, plane_);
-    } else {
-      if (cuts != inside_cuts_) {
-        stage_->show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
-        stage_->show_inside(render::kInsideCaries, tissue_inside(volume, Tissue::kCaries), origin);
-        stage_->show_inside(render::kInsideDentin, tissue_inside(volume, Tissue::kDentin), origin);
-      }
-      stage_->show_as(render::View::kXray);
+    const render::View view = view_ == "section" ? render::View::kSection : render::View::kXray;
+    if (view == render::View::kSection && inside_cuts_ == ~std::uint64_t{0}) {
+      // the section plane is fixed and passes through the middle of the work
+      dvec3 middle(0);
+      for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
+      const auto count = static_cast<double>(player_.session().cuts().size());
+      plane_ = section_facing(count > 0 ? middle / count : player_.tick().X_WG.p, stage_->rig().head.eye_center);
+      if (const auto around = surroundings_shape(player_.scene().surroundings))
+        stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
     }
+    if (cuts != inside_cuts_)
+      for (const ViewBody& body : view_bodies(view, plane_, 0, volume))
+        stage_->show_inside(body.mesh, body.bricks, origin);
+    stage_->show_as(view, plane_);
     inside_cuts_ = cuts;
   }
 
   SessionPlayer player_;
+  RecordedWorld recorded_;
   std::string name_;
   session::Language language_;
   PictureStage* stage_ = nullptr;
-  Surroundings around_;
-  std::optional<SoftGumPlayer> gum_;  // the soft gum; empty if the gum is rigid
   std::optional<Detail> detail_;
-  std::optional<DebrisView> debris_;
-  MouthMirror mirror_;
-  std::optional<MirrorFog> fog_;  // fog of the mouth mirror; empty if the fog does not change
   std::optional<haptics::TissueVolume> ideal_;
-  std::optional<debris::Suction> nozzle_;
   std::string view_ = "look";
   std::uint64_t inside_cuts_ = ~std::uint64_t{0};
   glm::dvec4 plane_{0, 0, 1, 0};
@@ -261,16 +198,14 @@ class Playback {
       throw Error("", "--view", options.view, "a session whose task names an ideal");
   }
 
-  void draw(double dt) {
-    for (const auto& side : sides_) side->go(clock.at, dt * clock.speed);
+  void draw() {
+    for (const auto& side : sides_) side->go(clock);
     const Nanos began = now();
     std::array<render::FrameStats, 2> stats;
     if (pair_) {
-      stats = pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()},
-                          {sides_[0]->particles(), sides_[1]->particles()}, dt,
-                          {sides_[0]->hint(clock), sides_[1]->hint(clock)});
+      stats = pair_->draw({&sides_[0]->world(), &sides_[1]->world()}, {});
     } else {
-      stats[0] = stage_->draw(sides_[0]->player().tick(), sides_[0]->particles(), dt, sides_[0]->hint(clock));
+      stats[0] = stage_->draw(sides_[0]->world());
     }
     for (std::size_t k = 0; k < sides_.size(); ++k) sides_[k]->follow(stats[k], sides_[k]->stage().quality());
     if (!ladder_ || !(stats[0].drawn || stats[1].drawn)) return;
@@ -302,15 +237,6 @@ class Playback {
   std::optional<PairStage> pair_;
   std::optional<QualityLadder> ladder_;
 };
-
-std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(picture.rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    rgb.insert(rgb.end(), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i),
-               picture.rgba.begin() + static_cast<std::ptrdiff_t>(i) + 3);
-  return rgb;
-}
 
 }  // namespace
 
@@ -377,7 +303,7 @@ void show_session(const session::OpenedSession& session, const PlaybackOptions& 
     const double dt = std::min(to_seconds(now() - last), 0.25);
     last = now();
     clock.advance(dt);
-    playback.draw(dt);
+    playback.draw();
     if (clock.paused || clock.over) std::this_thread::sleep_for(std::chrono::milliseconds(4));
   }
 }
@@ -410,10 +336,10 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
     std::size_t tick = 0;
     for (; result.frames < frames; ++result.frames) {
       progress.at(static_cast<double>(result.frames) / static_cast<double>(frames));
-      playback.draw(1 / options.fps);
+      playback.draw();
       const render::Picture screen = playback.screen();
       if (!film) film.emplace(options.film, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
-      film->add(rgb_of(screen));
+      film->add(screen.rgba);
       if (sound) {
         const Nanos zero = from_seconds(player.begin() + clock.from), until = from_seconds(player.begin() + clock.at);
         while (true) {

@@ -39,38 +39,6 @@ SessionPlayer::SessionPlayer(const session::OpenedSession& session) : session_(s
   seek(begin_);
 }
 
-const session::StreamData* SessionPlayer::stream(std::string_view name) const {
-  const auto& specs = session_.header().streams;
-  for (std::size_t i = 0; i < specs.size(); ++i)
-    if (specs[i].name == name && !session_.streams()[i].t.empty()) return &session_.streams()[i];
-  return nullptr;
-}
-
-namespace {
-
-/// Returns the index of the last row at or before the time t; if all rows are later, of the first row.
-std::size_t row_at(const session::StreamData& data, Nanos t) {
-  const auto after = std::upper_bound(data.t.begin(), data.t.end(), t);
-  return after == data.t.begin() ? 0 : static_cast<std::size_t>(after - data.t.begin()) - 1;
-}
-
-}  // namespace
-
-std::optional<OtherHand> SessionPlayer::other_hand() const {
-  const session::StreamData* hand = stream("left_hand");
-  if (!hand) return std::nullopt;
-  const std::size_t i = row_at(*hand, tick_.t);
-  const auto& c = hand->columns;
-  return OtherHand{{{c[0][i], c[1][i], c[2][i]}, glm::normalize(dquat(c[3][i], c[4][i], c[5][i], c[6][i]))}};
-}
-
-WaterSwitch SessionPlayer::water() const {
-  const session::StreamData* water = stream("water");
-  if (!water) return {tick_.t, scene_.spray_on, scene_.suction_on};
-  const std::size_t i = row_at(*water, tick_.t);
-  return {tick_.t, water->columns[0][i] != 0, water->columns[1][i] != 0};
-}
-
 void SessionPlayer::from_the_start() {
   carver_.emplace(load_tissue(scene_), scene_.servo);
   next_ = 0;
@@ -117,7 +85,6 @@ void SessionPlayer::go_on(Nanos t) {
         done_.push_back({Done::Kind::kStroke, next_, before.done + 1, before.undone > 0});
       }
       carver.apply(cut);
-      fresh_.push_back(*deed.cut);
     } else if (deed.redo ? carver.redo() : carver.undo()) {
       done_.push_back({deed.redo ? Done::Kind::kRedo : Done::Kind::kUndo, next_, 0, false});
     }
@@ -147,11 +114,8 @@ void SessionPlayer::go_back(Nanos t) {
 
 void SessionPlayer::seek(double seconds) {
   const Nanos t = from_seconds(std::clamp(seconds, begin_, end_));
-  fresh_.clear();
-  const bool back = next_ > 0 && deeds_[next_ - 1].t > t;
-  if (back) go_back(t);
+  go_back(t);
   go_on(t);
-  if (back) fresh_.clear();
   if (block_.empty() || block_.front().t > t || block_.back().t <= t)
     block_ = session_.ticks(place_of_tick_at(session_, t), kBlock);
   const auto after =

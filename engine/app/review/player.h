@@ -6,21 +6,14 @@
 #include <filesystem>
 #include <optional>
 #include <set>
-#include <span>
 #include <vector>
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/wiring.h"
 #include "engine/session/session_file.h"
 #include "haptics/carver.h"
 
 namespace typodont {
-
-/// The second hand, which holds a mouth mirror or a suction tip.
-struct OtherHand {
-  Pose X_WT;
-};
 
 class SessionPlayer {
  public:
@@ -38,13 +31,6 @@ class SessionPlayer {
   void seek(double t);
   /// Returns the last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
-  /// Returns the cuts that the last seek() applied when it moved forward. The picture creates chips from these cuts.
-  std::span<const Cut> fresh_cuts() const { return fresh_; }
-  /// Returns the pose of the second hand at the present time; empty if the session has none.
-  std::optional<OtherHand> other_hand() const;
-  /// Returns the state of water and suction at the present time. If this state was not recorded, returns the state at
-  /// the start of the scene.
-  WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
   /// Sets the tolerance of the mesh, voxels. All bricks (mesh blocks) are then meshed again.
   void smooth_to(float tolerance);
@@ -69,9 +55,6 @@ class SessionPlayer {
   void go_back(Nanos t);
   void go_on(Nanos t);
 
-  /// Returns the recorded stream of this name; null if there is none.
-  const session::StreamData* stream(std::string_view name) const;
-
   session::SessionReader session_;
   Scene scene_;
   double begin_ = 0, end_ = 0;
@@ -79,7 +62,6 @@ class SessionPlayer {
   std::optional<haptics::Carver> carver_;
   std::size_t next_ = 0;  // index of the next change in deeds_
   std::vector<Done> done_;
-  std::vector<Cut> fresh_;
   std::vector<ServoTick> block_;  // consecutive ticks that were last read from the file
   ServoTick tick_;
   float tolerance_ = 0.1f;

@@ -7,11 +7,15 @@
 #include <string>
 #include <string_view>
 
+#include "engine/app/picture/world.h"
 #include "engine/display/writing.h"
 #include "engine/session/strings.h"
 #include "haptics/tool.h"
 
 namespace typodont {
+
+/// Returns the texts over the picture of a world. Pure.
+display::Hud hud(const World& world, session::Language language);
 
 /// Separates parts of the text between which a line break is allowed.
 inline constexpr std::string_view kHudGap = "   ";

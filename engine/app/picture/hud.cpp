@@ -1,4 +1,4 @@
-#include "engine/app/hud_text.h"
+#include "engine/app/picture/hud.h"
 
 #include <algorithm>
 
@@ -6,6 +6,15 @@
 #include "engine/base/units.h"
 
 namespace typodont {
+
+display::Hud hud(const World& world, session::Language language) {
+  return {.visible = true,
+          .tool = tool_title(world.tool(), language),
+          .speed_krpm = world.readout().spindle / kKrpm,
+          .force = glm::length(world.readout().f_T_W),
+          .hint = world.notice(),
+          .words = hud_words(language)};
+}
 
 display::HudWords hud_words(session::Language language) {
   return {.rpm = std::string(session::text("hud.rpm", language)),

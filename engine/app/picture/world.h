@@ -1,0 +1,106 @@
+// What can be seen of a session besides its tissue, at one time: a fold over the session's events. Equal events give
+// equal pictures, whoever draws them. For one thread.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/mirror_fog.h"
+#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/app/tapes.h"
+#include "engine/contract/contact.h"
+#include "engine/contract/mouth_mirror.h"
+#include "engine/contract/suction_tip.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont {
+
+class World {
+ public:
+  /// Step of session time (ns) in which chips, water, blood and fog move. The numbers of the text follow every sixth.
+  static constexpr Nanos kStep = kNanosPerSecond / 60;
+
+  /// The scene at its start, without debris. The scene must outlive this object.
+  explicit World(const Scene& scene);
+  /// `gum`: the soft gum; null if the gum is rigid.
+  World(const Scene& scene, std::shared_ptr<const haptics::SoftSurface> gum);
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+  /// Adds chips, water and suction. `tissue`: at the start of the session; used only here.
+  void add_debris(const haptics::TissueVolume& tissue);
+  /// Sets the function that passes the changes of the soft gum to the view, once a step.
+  void follow_gum(std::function<void(SoftGumView&)> take) { take_gum_ = std::move(take); }
+  /// Goes back to the start of the session. `debris`: false: from now on without chips and water.
+  void restart(bool debris = true);
+
+  /// Sets the tool before the first tick.
+  void place(const ServoTick& tick) { tick_ = readout_ = tick; }
+  // Events, in the order of their time. A cut and a piece come before their tick.
+  void apply(const ServoEvent& event);
+  void apply(const CarverEvent& event);
+  void apply(const ServoTick& tick);
+  void apply(const Cut& cut);
+  void apply(const LoosePiece& piece);
+  void apply(const WaterSwitch& water);
+  /// The pose of the second hand, which holds the mouth mirror or the suction tip.
+  void apply(const haptics::HandSample& left);
+  void hold(const MouthMirror& mirror) { mirror_ = mirror; }
+  /// Sets a line of text over the picture.
+  void say(std::string notice) { notice_ = std::move(notice); }
+
+  const Scene& scene() const { return scene_; }
+  const Surroundings& surroundings() const { return around_; }
+  std::span<const haptics::Tool> tools() const { return haptics::tool_set(scene_.servo); }
+  const ServoTick& tick() const { return tick_; }
+  /// Returns the tool of the newest tick.
+  const haptics::Tool& tool() const { return tools()[std::min<std::size_t>(tick_.tool, tools().size() - 1)]; }
+  /// Returns the tick whose numbers the text shows.
+  const ServoTick& readout() const { return readout_; }
+  const std::string& notice() const { return notice_; }
+  double angle() const { return angle_; }  // rad, rotation of the bur about its axis
+  MouthMirror mirror() const;
+  const SuctionTip& suction_tip() const { return tip_; }
+  const WaterSwitch& water() const { return water_; }
+  double suction_flow() const { return water_.suction ? nozzle_.flow : 0; }        // m³/s
+  DebrisView* debris() { return debris_ && shows_debris_ ? &*debris_ : nullptr; }  // null: none
+  const DebrisView* debris() const { return debris_ && shows_debris_ ? &*debris_ : nullptr; }
+  const SoftGumView* gum() const { return gum_ ? &*gum_ : nullptr; }
+
+ private:
+  void start();
+  void reach(Nanos t);
+  void step(Nanos t);
+
+  const Scene& scene_;
+  const Surroundings around_;
+  std::optional<DebrisView> debris_;
+  bool shows_debris_ = true;
+  std::optional<SoftGumView> gum_;  // empty if the gum is rigid
+  std::function<void(SoftGumView&)> take_gum_;
+  std::optional<MirrorFog> fog_;  // empty if the fog does not change
+  MouthMirror mirror_;
+  SuctionTip tip_;
+  WaterSwitch water_;
+  debris::Suction beside_, nozzle_;  // suction nozzle at the start, and now
+  ServoTick tick_, readout_;
+  std::string notice_;
+  double angle_ = 0;
+  Nanos next_ = 0;  // ns, time of the next step
+  std::uint64_t steps_ = 0;
+  bool started_ = false;  // true after the first tick
+};
+
+/// Returns the speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as
+/// seen from the shank, when they enter.
+double drawn_spin(const haptics::Tool& tool, double spindle);
+
+}  // namespace typodont
