@@ -84,8 +84,12 @@ std::vector<LoosePiece> Carver::take_pieces() {
 }
 
 bool Carver::undo() {
-  in_stroke_ = false;  // ends the present stroke, even if the function then finds no stroke to undo
+  end_stroke();
   return edit(body_->undo());
+}
+
+bool Carver::redo() {
+  return !in_stroke_ && edit(body_->redo());
 }
 
 TissueVolume Carver::take_tissue() {
@@ -100,7 +104,6 @@ TissueVolume Carver::take_tissue() {
 
 bool Carver::edit(bool done) {
   if (!done) return false;
-  in_stroke_ = false;
   ++edits_;
   edited_at_ = cuts_;
   return true;

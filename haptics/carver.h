@@ -34,11 +34,13 @@ class Carver {
   /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Undoes (or redoes) the last stroke. Returns false if there is none. Afterwards a new snapshot is due. When the
-  /// servo begins to use this snapshot, it continues with the edited tissue, and does not repeat the cuts that it made
-  /// before the edit.
+  /// Ends the present stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due.
+  /// When the servo begins to use this snapshot, it continues with the edited tissue, and does not repeat the cuts that
+  /// it made before the edit.
   bool undo();
-  bool redo() { return edit(body_->redo()); }
+  /// Redoes the stroke that was undone last, as undo() undoes. Returns false during a stroke: its first cut has
+  /// discarded the undone strokes.
+  bool redo();
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
   /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the time from the

@@ -144,7 +144,8 @@ class ContactModel {
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;
   /// Returns true if the user may change to the tool `tool` while the proxy is at X_WG, because neither the present
-  /// tool nor the new tool touches anything there.
+  /// tool nor the new tool touches anything there. Must not change what later ticks compute: a recording does not
+  /// contain refused changes.
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 

@@ -33,7 +33,7 @@ class TissueBody {
   /// Ends the stroke; later changes do not belong to it any more.
   virtual void end_stroke() = 0;
   /// undo() reverts the last stroke, and redo() repeats the stroke that was undone last. Each returns false if there is
-  /// no such stroke.
+  /// no such stroke. Never called during a stroke.
   virtual bool undo() = 0;
   virtual bool redo() = 0;
   /// Returns the volume that all undos have restored, minus the volume that redos have removed again, m³.

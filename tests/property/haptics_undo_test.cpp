@@ -52,23 +52,64 @@ TissueVolume block() {
   return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block")));
 }
 
-TEST(Undo, ARedoWithoutAnUndoneStrokeDoesNotInterruptTheCurrentStroke) {
-  const Tool bur = round_bur(1.2e-3);
-  Carver carver(block(), {&bur, 1});
-  const std::uint64_t untouched = carver.volume().hash();
-  for (int i = 0; i < 60; ++i) {
-    Cut cut;
-    cut.index = carver.cuts() + 1, cut.t = i * 1'000'000;
-    cut.X_WA.p = {1e-3, -1e-3, 2.6e-3 - i * 1e-5}, cut.X_WB.p = cut.X_WA.p - dvec3(0, 0, 1e-5);
-    carver.apply(cut);
-    if (i == 20) {
-      EXPECT_FALSE(carver.redo());
-    }
+TEST(Undo, ARedoInMidStrokeChangesNothingAndTheStrokeIsUndoneAsAWholeInEveryModel) {
+  for (const char* model : {"offset", "voxel_penalty", "packing", "mesh_lod", "vertex"}) {
+    const Tool bur = round_bur(1.2e-3);
+    Carver steady(block(), {&bur, 1}, contact_method(model, "model")),
+        asked(block(), {&bur, 1}, contact_method(model, "model"));
+    const auto sink = [](Carver& carver, double y) {
+      for (int i = 0; i < 60; ++i) {
+        Cut cut;
+        cut.index = carver.cuts() + 1, cut.t = from_seconds(1000 * y) + i * 1'000'000;
+        cut.X_WA.p = {1e-3, y, 3.15e-3 - i * 1e-5}, cut.X_WB.p = cut.X_WA.p - dvec3(0, 0, 1e-5);
+        carver.apply(cut);
+        if (i % 20 == 10) carver.redo();
+      }
+    };
+    sink(steady, 0), sink(asked, 0);
+    EXPECT_FALSE(asked.redo());
+    const std::uint64_t first = asked.volume().hash();
+    EXPECT_EQ(first, steady.volume().hash()) << model;
+    sink(asked, 1e-3);
+    EXPECT_NE(asked.volume().hash(), first) << model;
+    EXPECT_EQ(asked.strokes().done, 2u) << model;
+    ASSERT_TRUE(asked.undo());
+    EXPECT_EQ(asked.volume().hash(), first) << model;
+    ASSERT_TRUE(asked.redo());
+    ASSERT_TRUE(asked.undo());
+    EXPECT_EQ(asked.volume().hash(), first) << model;
   }
-  EXPECT_NE(carver.volume().hash(), untouched);
-  EXPECT_EQ(carver.volume().strokes().done, 1u);
-  ASSERT_TRUE(carver.undo());
-  EXPECT_EQ(carver.volume().hash(), untouched);
+}
+
+TEST(ChangeOfTool, ARefusedRequestChangesNoBitInAnyModel) {
+  // A recording contains only the tool in the hand, so a replay asks for no change that was refused.
+  for (const char* model : {"offset", "voxel_penalty", "packing", "mesh_lod", "vertex"}) {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    ServoSettings settings = test::drill_settings(model);
+    settings.tools = {round_bur(1.2e-3), round_bur(1.0e-3), round_bur(1.0e-3)};
+    settings.tools[1].shape = HeadShape::kCylinder, settings.tools[1].length = 2.5e-3;
+    settings.tools[2].cuts = false;
+    test::HapticBench asks(kBlock, settings), replay(kBlock, settings);
+    dvec3 p(0, 0, 4e-3), to = p;
+    int refused = 0, changed = 0;
+    std::uint32_t wanted = 0;
+    for (int i = 0; i < 6000; ++i) {
+      if (i % 150 == 0) to = 1e-3 * dvec3(2 * unit(random), 2 * unit(random), 3.6 + 1.2 * unit(random));
+      if (i % 400 == 200) wanted = static_cast<std::uint32_t>(random() % 3);
+      if (glm::distance(p, to) > 0) p += std::min(1.0, 8e-6 / glm::distance(p, to)) * (to - p);
+      const double pedal = i % 400 < 200 ? 1 : 0;
+      const std::uint32_t before = asks.last.tool;
+      asks.tick({p}, pedal, wanted);
+      replay.tick({p}, pedal, asks.last.tool);
+      refused += asks.last.tool != wanted, changed += asks.last.tool != before;
+      ASSERT_EQ(replay.last.f_T_W, asks.last.f_T_W) << model << ", tick " << i;
+      ASSERT_EQ(replay.last.X_WG.p, asks.last.X_WG.p) << model << ", tick " << i;
+      ASSERT_EQ(replay.last.removed, asks.last.removed) << model << ", tick " << i;
+    }
+    EXPECT_GT(refused, 200) << model;
+    EXPECT_GE(changed, 2) << model;
+  }
 }
 
 TEST(Undo, AStrokeWithoutChangesIsNotUndoneAndTheNextOneIs) {

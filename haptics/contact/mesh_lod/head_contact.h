@@ -30,6 +30,9 @@ class HeadContact final : public SurfaceContact {
   void map_to(const TriangleGrid& grid) noexcept override;
   void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept override;
   double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept override;
+  bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept override {
+    return HeadLister::is_free(grid, head_, X_W);
+  }
   PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
 
  private:

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "haptics/contact/vertex/mesh_cutter.h"
+#include "haptics/contact/vertex/face_points.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -15,6 +15,13 @@ std::uint64_t hash_of(const dvec3& p) noexcept {
   h = (std::rotl(h, 23) ^ std::bit_cast<std::uint64_t>(p.y)) * 0xbf58476d1ce4e5b9U;
   h = (std::rotl(h, 29) ^ std::bit_cast<std::uint64_t>(p.z)) * 0x94d049bb133111ebU;
   return h;
+}
+
+double longest_edge2(const Face& face) noexcept {
+  const dvec3 sides[3] = {face.b - face.a, face.c - face.b, face.a - face.c};
+  double longest2 = 0;
+  for (const dvec3& side : sides) longest2 = std::max(longest2, glm::dot(side, side));
+  return longest2;
 }
 
 /// Returns the number of additional contact points on a face whose edges are divided into n parts.
@@ -55,7 +62,6 @@ void HeadLister::begin(const TriangleGrid& grid, const vertex::VertexHead& head,
 bool HeadLister::work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most) noexcept {
   const dvec3 c = list.points.listed_at().p;
   const glm::vec3 axis(R_WT_[2]);
-  const double spacing = vertex::CutParameters::longest * kSpacing * head.radius();
   // First selects the faces near the head, by the distances of their centres.
   near_.clear();
   distances_.clear();
@@ -63,15 +69,12 @@ bool HeadLister::work(const TriangleGrid& grid, const vertex::VertexHead& head, 
   for (; at_ < found_.size() && effort < static_cast<std::size_t>(most); ++at_) {
     ++effort;
     const Face& face = grid.face(found_[at_]);
-    const dvec3 sides[3] = {face.b - face.a, face.c - face.b, face.a - face.c};
-    double longest2 = 0;
-    for (const dvec3& side : sides) longest2 = std::max(longest2, glm::dot(side, side));
-    const double longest = std::sqrt(longest2);
+    const double longest2 = longest_edge2(face), longest = std::sqrt(longest2);
     const dvec3 middle = (face.a + face.b + face.c) / 3.0 - c;
     if (!head.may_be_within(glm::vec3(middle), axis, static_cast<float>(list.margin + longest))) continue;
     distances_.add(static_cast<std::uint32_t>(near_.size()), middle);
     near_.push_back({found_[at_], longest});
-    effort += 3 + static_cast<std::size_t>(longest2 / (spacing * spacing) / 2);
+    effort += 3 + static_cast<std::size_t>(longest2 / (spacing(head) * spacing(head)) / 2);
   }
   distances_.evaluate(head, R_WT_, std::numeric_limits<double>::infinity());
   std::size_t kept = 0;
@@ -85,6 +88,17 @@ bool HeadLister::work(const TriangleGrid& grid, const vertex::VertexHead& head, 
   distances_.keep_within(head, list.points, first, std::numeric_limits<double>::infinity());
   if (at_ == found_.size()) open_ = false;
   return !open_;
+}
+
+bool HeadLister::is_free(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X) noexcept {
+  const dvec3 half = head.half_box(X.R * dvec3(0, 0, 1));
+  bool free = true;
+  grid.for_near(X.p - half, X.p + half, [&](std::uint32_t i) {
+    const Face& face = grid.face(i);
+    const int n = vertex::parts_of(std::sqrt(longest_edge2(face)), spacing(head));
+    free = free && vertex::is_outside(head, X, face.a, face.b, face.c, n);
+  });
+  return free;
 }
 
 /// Adds the corner p of a face to the contact points. Equal corners of adjacent faces become one point with the sum of
@@ -104,32 +118,18 @@ void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_a
 
 /// Adds the corners of the faces in near_ to the contact points, and the additional points on large faces.
 void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept {
-  const double spacing = vertex::CutParameters::longest * kSpacing * head.radius();
   const glm::vec3 axis(R_WT_[2]);
   const dvec3 c = list.points.listed_at().p;
-  const auto parts_of = [&](const NearFace& face) {
-    return std::clamp(static_cast<int>(std::ceil(face.longest / spacing * (1 - 1e-9))), 1, kMostParts);
-  };
-  // Calls use(p, weight) for the additional points of a face that is divided into n² triangles. Each triangle gives a
-  // third of its area to each of its three corners; `weight` is the number of these triangles at the point.
+  // Each small triangle gives a third of its area to each of its three corners.
   const auto each_point = [&](const Face& face, int n, auto&& use) {
-    for (int u = 0; u <= n; ++u) {
-      for (int v = 0; v <= n - u; ++v) {
-        const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // this point is a corner of the face, which is already in the list
-        const dvec3 p =
-            (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
-            static_cast<double>(n);
-        use(p, u == 0 || v == 0 || w == 0 ? 3.0 : 6.0);
-      }
-    }
+    vertex::each_face_point(face.a, face.b, face.c, n, use);
   };
   for (std::size_t first = 0, last = 0; first < near_.size(); first = last) {
     // Computes the distances of the additional points for as many faces as fit into the buffer.
     distances_.clear();
     std::uint32_t number = 0;
     for (last = first; last < near_.size(); ++last) {
-      const int n = parts_of(near_[last]);
+      const int n = vertex::parts_of(near_[last].longest, spacing(head));
       if (last > first && distances_.size() + points_on(n) > distances_.most()) break;
       if (n == 1) continue;
       each_point(grid.face(near_[last].face), n, [&](const dvec3& p, double) {
@@ -142,7 +142,7 @@ void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead&
     number = 0;
     for (std::size_t k = first; k < last; ++k) {
       const Face& face = grid.face(near_[k].face);
-      const int n = parts_of(near_[k]);
+      const int n = vertex::parts_of(near_[k].longest, spacing(head));
       const dvec3 corner_area = face.normal() / (6.0 * n * n);
       for (int corner = 0; corner < 3; ++corner) add_corner(face.corner(corner), {corner_area, face.tissue}, list);
       if (n == 1) continue;

@@ -6,6 +6,7 @@
 
 #include "haptics/contact/mesh_lod/triangle_grid.h"
 #include "haptics/contact/vertex/head_distances.h"
+#include "haptics/contact/vertex/mesh_cutter.h"
 #include "haptics/contact/vertex/vertex_head.h"
 #include "haptics/mesh/near_points.h"
 
@@ -55,6 +56,8 @@ class HeadLister {
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
   /// Returns true while a list is being made: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }
+  /// Returns true if none of these contact points is inside a head at X_W.
+  static bool is_free(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W) noexcept;
   void cancel() noexcept { open_ = false; }
 
  private:
@@ -62,7 +65,9 @@ class HeadLister {
   // Spacing of contact points as a ratio to the head's radius. It equals the edge length of a surface that a cut
   // produces (VertexMethod::edge_for).
   static constexpr double kSpacing = 1.0 / 6;
-  static constexpr int kMostParts = 64;  // upper limit of the number of parts into which an edge of a face is divided
+  static double spacing(const vertex::VertexHead& head) noexcept {
+    return vertex::CutParameters::longest * kSpacing * head.radius();
+  }
   static constexpr std::uint32_t kFree = ~0U;
 
   /// A face near the head.

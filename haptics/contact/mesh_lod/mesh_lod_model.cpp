@@ -123,21 +123,25 @@ bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {
          glm::all(glm::greaterThanEqual(snapshot_.hi, p + reach));
 }
 
-double MeshLodModel::room_for(std::uint32_t tool, const Pose& X) noexcept {
-  SurfaceContact& contact = *points_[tool];
+bool MeshLodModel::is_free(std::uint32_t tool, const Pose& X) const noexcept {
+  const SurfaceContact& contact = *points_[tool];
   const dvec3 p = X * ends_[tool];
-  if (!holds(p, contact.outlook())) return 0;
-  contact.turn_to(X.R);
-  double room = kLook;
-  for (std::size_t level = 0; level < level_count(tool) && room > 0; ++level) {
-    room = std::min(room, contact.clearance(grids()[level], p, kLook));
+  if (!holds(p, contact.outlook())) return false;
+  for (std::size_t level = 0; level < level_count(tool); ++level) {
+    if (!contact.is_free(grids()[level], {p, X.R})) return false;
   }
-  return room;
+  return true;
 }
 
-double MeshLodModel::clearance(const Pose& X_WG) noexcept {
-  if (snapshot_.number == 0) return 0;
-  return room_for(tool_, X_WG);
+double MeshLodModel::clearance(const Pose& X) noexcept {
+  const dvec3 p = X * ends_[tool_];
+  if (snapshot_.number == 0 || !holds(p, point().outlook())) return 0;
+  point().turn_to(X.R);
+  double room = kLook;
+  for (std::size_t level = 0; level < level_count(tool_) && room > 0; ++level) {
+    room = std::min(room, point().clearance(grids()[level], p, kLook));
+  }
+  return room;
 }
 
 void MeshLodModel::release() noexcept {
@@ -150,8 +154,7 @@ void MeshLodModel::release() noexcept {
 }
 
 bool MeshLodModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  if (snapshot_.number == 0) return false;
-  return room_for(tool_, X_WG) > 0 && room_for(tool, X_WG) > 0;
+  return snapshot_.number > 0 && is_free(tool_, X_WG) && is_free(tool, X_WG);
 }
 
 void MeshLodModel::take_up(std::uint32_t tool) noexcept {

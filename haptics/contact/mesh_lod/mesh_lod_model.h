@@ -64,9 +64,8 @@ class MeshLodModel final : public ContactModel {
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Returns the distance in m that a tool at pose X may move before it touches the surface, in any level of detail
-  /// that the tool can use.
-  double room_for(std::uint32_t tool, const Pose& X) noexcept;
+  /// Returns true if a tool at pose X overlaps no face, in any level of detail that the tool can use.
+  bool is_free(std::uint32_t tool, const Pose& X) const noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
   /// Returns true if the head may move to `to`: the faces of the snapshot can still stop it there, although the

@@ -70,6 +70,8 @@ class SurfaceContact {
   /// Returns the distance (m) from the surface to the contact shape (ball or other head) with its centre at p, but at
   /// most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
+  /// Returns true if the contact shape (ball or other head) at X_W overlaps no face.
+  virtual bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept = 0;
   /// Returns for each tissue the area (m²) of the surface that touches or overlaps the head, projected onto the plane
   /// perpendicular to the unit vector `way`.
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;

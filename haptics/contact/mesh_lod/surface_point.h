@@ -52,6 +52,9 @@ class SurfacePoint final : public SurfaceContact {
   void follow(const TriangleGrid& grid, const dvec3& hip, bool give = false) noexcept override;
   void mesh_changed() noexcept override { collected_ = nullptr; }
   double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept override;
+  bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept override {
+    return !grid.nearest(X_W.p, radius()).found;
+  }
   PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
 
  private:

@@ -229,7 +229,6 @@ void PackingBody::take_back_paint() {
 
 bool PackingBody::undo() {
   take_over_paint();
-  end_stroke();
   if (done_.empty()) return false;
   Stroke stroke = std::move(done_.back());
   done_.pop_back();
@@ -244,7 +243,6 @@ bool PackingBody::undo() {
 
 bool PackingBody::redo() {
   take_over_paint();
-  end_stroke();
   if (undone_.empty()) return false;
   Stroke stroke = std::move(undone_.back());
   undone_.pop_back();

@@ -130,7 +130,6 @@ void VertexBody::exchange(Stroke& stroke, double sign) {
 
 bool VertexBody::undo() {
   count_painted();
-  end_stroke();
   if (done_.empty()) return false;
   exchange(done_.back(), 1);
   undone_.push_back(std::move(done_.back()));
@@ -140,7 +139,6 @@ bool VertexBody::undo() {
 
 bool VertexBody::redo() {
   count_painted();
-  end_stroke();
   if (undone_.empty()) return false;
   exchange(undone_.back(), -1);
   done_.push_back(std::move(undone_.back()));

@@ -8,6 +8,7 @@
 
 #include "haptics/contact/looks.h"
 #include "haptics/contact/tool_check.h"
+#include "haptics/contact/vertex/face_points.h"
 
 namespace typodont::haptics::vertex {
 
@@ -34,8 +35,6 @@ constexpr Effort kContactEffort = 3;
 constexpr Effort kFreshEffort = 2;
 // clearance() searches in rounds; ratio of the search distance in one round to that in the round before
 constexpr double kNextShell = 4;
-// upper limit of the number of parts into which an edge of a face is divided
-constexpr int kMostParts = 64;
 
 /// Returns the normal of the face; its length is twice the face's area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
@@ -44,7 +43,7 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
 
 /// Returns the number of parts into which each edge of a face is divided. It is large enough that no part is longer
 /// than CutParameters::longest, the length above which a cut would split an edge.
-int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
+int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
   // A quick test: if the bounding ball of the face is small, the face needs no division.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
@@ -53,7 +52,7 @@ int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
     const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
     longest2 = std::max(longest2, glm::dot(way, way));
   }
-  return std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / longest * (1 - 1e-9))), 1, kMostParts);
+  return parts_of(std::sqrt(longest2), longest);
 }
 
 }  // namespace
@@ -100,7 +99,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 }
 
 /// Lists all vertices within `margin` (m) of a head in one call. If a face is so large that a cut would split
-/// its edges, additional points on this face are also listed (parts_of()).
+/// its edges, additional points on this face are also listed (parts_of_face()).
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   part_.lists = false;
   ahead_ = near_changed_ = false;
@@ -218,12 +217,12 @@ void VertexModel::list_vertices(PointList& list, Index f) noexcept {
 }
 
 /// Distributes the area of a face over the listed points on this face. If the face is so large that a cut would split
-/// its edges, the face is divided into smaller triangles (parts_of()). Their corners are listed as additional points,
-/// so that neighbouring points are close enough together.
+/// its edges, the face is divided into smaller triangles (parts_of_face()). Their corners are listed as additional
+/// points, so that neighbouring points are close enough together.
 void VertexModel::list_area(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   std::vector<Sample>& samples = list.samples;
-  const int n = parts_of(mesh, f, listing_.edge);
+  const int n = parts_of_face(mesh, f, listing_.edge);
   std::array<Sample*, 3> corners{};
   bool any = n > 1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -237,24 +236,21 @@ void VertexModel::list_area(PointList& list, Index f) noexcept {
     if (corner) corner->area += area;
   }
   if (n == 1) return;
-  const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &d = mesh.point(f, 2);
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; j <= n - i; ++j) {
-      const int k = n - i - j;
-      if (i == n || j == n || k == n) continue;  // this point is a vertex, which is already in the list
-      const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
-                       static_cast<double>(n);
-      propose(list, at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
-    }
-  }
+  each_face_point(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2), n, [&](const dvec3& p, double count) {
+    propose(list, p, {area * count, mesh::kNone, mesh.face(f).tissue});
+  });
 }
 
-bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
-  found_ = false;
-  gather(head, edge, X, 0);
-  const dquat R_TW = glm::conjugate(X.R);
-  const std::span<const std::uint32_t> near = list_.points.within(X.p, head.reach());
-  return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (list_.points[i] - X.p)) > 0; });
+bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) const noexcept {
+  const EditableMesh& mesh = snapshot_.mesh;
+  const dvec3 axis = X.R * dvec3(0, 0, 1), half = head.half_box(axis);
+  bool free = true;
+  mesh.near(X.p - half, X.p + half, [&](Index f) {
+    if (!free || !head.may_be_within(mesh.ball_center(f) - glm::vec3(X.p), glm::vec3(axis), mesh.ball_radius(f)))
+      return;
+    free = is_outside(head, X, mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2), parts_of_face(mesh, f, edge));
+  });
+  return free;
 }
 
 /// Returns the largest displacement of any point of the head since the points were listed, m.

@@ -150,7 +150,7 @@ class VertexModel final : public ContactModel {
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
-  bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
+  bool is_free(const VertexHead& head, double edge, const Pose& X_W) const noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X, bool cuts) noexcept;
   void complete_list(const Pose& X, double far) noexcept;
