@@ -409,6 +409,23 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndRemovesItsSweptVolume) {
   EXPECT_GE(least_energy, -1e-9);
 }
 
+TEST(MeshLodModel, ABurThatIsLiftedAndSetDownElsewhereWithoutAStopCutsNoGrooveBetween) {
+  MeshBench run(volume(kBlock), drill());
+  int cuts = 0;
+  for (const double x : {-1.3_mm, 1.3_mm}) {
+    for (int i = 0; i < 1600; ++i) {
+      const double height = i < 300    ? 2.0_mm - i * 7e-6
+                            : i < 1300 ? -0.1_mm - (i - 300) * 2e-7
+                                       : -0.3_mm + (i - 1300) * 8e-6;
+      run.tick({{x, 0, kBur + height}}, 1);
+      if (!run.did_cut) continue;
+      ++cuts;
+      ASSERT_LT(glm::distance(run.cut.X_WA.p, run.cut.X_WB.p), 0.05_mm) << "tick " << i << " at x = " << x;
+    }
+  }
+  EXPECT_GT(cuts, 500);
+}
+
 TEST(MeshLodModel, ABurIsHeldWhileTheCarverSendsNoMeshAndGoesOnCuttingAfterwards) {
   for (const auto& [shape, length] :
        {std::pair{HeadShape::kSphere, 2 * kBur}, {HeadShape::kCone, 6.0_mm}, {HeadShape::kCylinder, 4.0_mm}}) {

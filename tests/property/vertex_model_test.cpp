@@ -455,6 +455,35 @@ TEST(VertexModel, EqualHandsGiveEqualBits) {
   }
 }
 
+TEST(VertexModel, ABallComesOutOfTheHoleThatItHasCutHoweverDeep) {
+  for (const double diameter : {0.6_mm, 1.0_mm, 1.6_mm}) {
+    for (const double deep : {0.7, 1.4, 1.8, 2.4}) {
+      const double radius = diameter / 2;
+      haptics::ServoSettings settings = drill(R"({"vertex": {}})");
+      settings.tool.diameter = settings.tool.length = diameter;
+      MaterialTable soft = test::plain_materials();
+      for (Material& material : soft) material.specific_energy = 1e9;
+      HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(std::string(kBlock), "tissue"))),
+                        settings, soft);
+      const auto top = [&] { return bench.last.X_WG.p.z / radius; };
+      dvec3 p(0.3_mm, 0.2_mm, radius);
+      for (int i = 0; i < 20'000 && (i == 0 || top() > 1 - deep); ++i) {
+        p.z = std::max(p.z - 2e-6, (i == 0 ? p.z : bench.last.X_WG.p.z) - 0.2_mm);
+        bench.tick({p}, 1);
+      }
+      ASSERT_LT(top(), 1.02 - deep) << diameter;
+      for (int i = 0; i < 400; ++i) bench.tick({p}, 0);  // the bur stops
+      for (int i = 0; i < 1500; ++i) {
+        p.z += 5e-6;
+        bench.tick({p + dvec3(0.02_mm * std::sin(0.02 * i), 0, 0)}, 0);
+        ASSERT_LT(bench.last.f_T_W.z, 0.3) << diameter;
+        ASSERT_GT(bench.last.f_T_W.z, -0.3) << diameter << ", " << deep << " radii deep, tick " << i;
+      }
+      EXPECT_LT(bench.last.depth, 1e-9) << diameter << ", " << deep << " radii deep";
+    }
+  }
+}
+
 TEST(VertexModel, LargerAndSmallerHeadsCanAlternateAtRunTime) {
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   haptics::Tool small = settings.tool;

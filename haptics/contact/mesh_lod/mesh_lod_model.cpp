@@ -229,7 +229,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   point().follow(grid(), hip, give);
   out.leading_out = out.leading_out || point().leading_out();
   hip_ = hip;
-  cutting_ = cutting_ && in.cuts;
+  cutting_ = cutting_ && in.cuts && !fresh;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
   fade_offset(in);
   ease(in, give && !fresh);

@@ -115,7 +115,7 @@ class MeshLodModel final : public ContactModel {
   };
   RecentCuts<Made> made_;
   dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain
-  bool cutting_ = false;  // true if the bur cut in the last tick
+  bool cutting_ = false;  // true if the bur has cut since it was placed; the next cut then begins at end_
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick
   // low-pass filtered ratio of measured to estimated removed volume for the cuts in the last snapshot

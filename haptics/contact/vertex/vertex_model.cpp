@@ -446,10 +446,11 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // The slack is the depth by which a head that is not a ball may overlap the mesh. With zero slack, a head with a rim
-  // could not re-enter the hole that it has cut. If a bur overlaps the mesh because the cut could not move some
+  // The slack is the depth by which a head may overlap the mesh. With zero slack, a bur could neither leave nor re-enter
+  // the hole that it has cut, which has exactly its width. A ball that does not cut needs no slack. If a bur overlaps the mesh because the cut could not move some
   // vertices, these vertices do not push the bur out, but only prevent a deeper overlap (in.cuts below).
-  const double slack = head().is_ball() ? 0 : P::slack * head().radius();
+  const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
+  const double slack = exact ? 0 : P::slack * head().radius();
   // While a cut is in progress or the next list is being made, a cutting head moves only as far as the present list is
   // valid. If it moved farther, a complete list would have to be made in this tick, which takes too long.
   const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
