@@ -413,7 +413,6 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   follow_tapes();
   if (s.wiring.servo_ended || thread_failed || g_asked_to_stop || to_seconds(now() - began) >= options.seconds)
     return false;
-  s.wiring.loop_to_render.fetch();
   s.wiring.record_to_render.fetch();
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;

@@ -10,6 +10,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/picture/world.h"
 #include "engine/app/recording/resume.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -85,12 +86,15 @@ void picture(benchmark::State& state, const render::Quality& quality) {
   stage.show(bricks, volume.frame().origin);
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19.0_mm);
-  stage.draw(tick, {}, 0);
+  World world(scene);
+  world.place(tick);
+  stage.draw(world, {.debris = false, .mirror = false});
   std::vector<double> times;
   for (int i = 0; i < (smoke() ? 2 : 15); ++i) {
     const Nanos start = now();
     tick.X_WG.p.x += 1e-5;
-    stage.draw(tick, {}, 1.0 / 60);
+    world.place(tick);
+    stage.draw(world, {.debris = false, .mirror = false});
     times.push_back(static_cast<double>(now() - start));
   }
   set_time(state, quantile(times, 0.5));

@@ -8,6 +8,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/picture/world.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/app/task/task.h"
@@ -35,11 +36,12 @@ struct Molar {
 
 /// A stage that shows the molar. `layout`: none for that of the rig.
 struct Shown {
+  World world;
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
   std::unique_ptr<PictureStage> stage;
   std::vector<render::MeshUpdate> bricks;
-  Shown(Molar& molar, const render::Quality& quality, const glm::ivec2& eye,
-        std::optional<display::Layout> layout = {}) {
+  Shown(Molar& molar, const render::Quality& quality, const glm::ivec2& eye, std::optional<display::Layout> layout = {})
+      : world(molar.scene) {
     if (layout) rig.screen.layout = *layout;
     rig.screen.pixels = display::screen_pixels(rig.screen.layout, eye);
     PictureStage::Options options;
@@ -50,6 +52,10 @@ struct Shown {
     stage->surround(molar.around);
     bricks = TissueView(surface_tolerance(rig, molar.volume.frame().voxel, quality)).update(molar.volume);
     stage->show(bricks, molar.volume.frame().origin);
+  }
+  render::FrameStats draw(const ServoTick& tick) {
+    world.place(tick);
+    return stage->draw(world, {.debris = false, .mirror = false});
   }
 };
 
@@ -71,12 +77,12 @@ render::Picture averaged(const render::Picture& fine, int side) {
 void frame(benchmark::State& state, Molar& molar, const render::Quality& quality) {
   static std::map<int, render::Picture> best;  // the best level at twice the size
   if (best.empty()) {
-    const Shown shown(molar, kBest, 2 * kEye);
-    shown.stage->draw(molar.tick, {}, 0);
+    Shown shown(molar, kBest, 2 * kEye);
+    shown.draw(molar.tick);
     best[0] = averaged(shown.stage->screen(), 2);
   }
-  const Shown shown(molar, quality, kEye);
-  const render::FrameStats stats = shown.stage->draw(molar.tick, {}, 0);
+  Shown shown(molar, quality, kEye);
+  const render::FrameStats stats = shown.draw(molar.tick);
   const render::Picture picture = shown.stage->screen();
   double squares = 0;
   for (std::size_t i = 0; i < picture.rgba.size(); ++i)
@@ -87,7 +93,7 @@ void frame(benchmark::State& state, Molar& molar, const render::Quality& quality
     const std::clock_t start = std::clock();
     moving.X_WG.p.x += 1e-5;
     shown.stage->show(std::span(shown.bricks).subspan(static_cast<std::size_t>(i), 2), molar.volume.frame().origin);
-    shown.stage->draw(moving, {}, 1.0 / 60);
+    shown.draw(moving);
     times.push_back(1e9 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
   set_time(state, quantile(times, 0.5));
@@ -113,7 +119,7 @@ double flicker(Molar& molar, const render::Quality& quality, const glm::ivec2& s
       for (dvec3* p : {&s.lower_left, &s.lower_right, &s.upper_left, &shown.rig.head.eye_center}) *p += step;
       shown.stage->look_from(shown.rig);
     }
-    shown.stage->draw(tick, {}, 0);
+    shown.draw(tick);
     const render::Picture drawn = shown.stage->eye(0);
     const render::Picture p = drawn.size.x > kShimmerEye.x ? averaged(drawn, drawn.size.x / kShimmerEye.x)
                                                            : render::scaled_to(drawn, kShimmerEye);
@@ -152,10 +158,10 @@ void looks(benchmark::State& state, const Json& json, const render::Quality& qua
   rig.screen.pixels = display::screen_pixels(rig.screen.layout, reference.size);
   PictureStage::Options options;
   options.quality = quality;
-  options.tool = json.has("tool_mm");
+  const bool tool = json.has("tool_mm");
   options.handpieces.shown = false;  // the reference pictures show none
   ServoTick tick;
-  if (options.tool) {
+  if (tool) {
     tick.X_WT.p = tick.X_WG.p = json["tool_mm"].vec3() * kMillimetre;
     tick.spindle = scene.servo.spindle.free_speed;
   }
@@ -163,7 +169,9 @@ void looks(benchmark::State& state, const Json& json, const render::Quality& qua
   stage.surround(around);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, quality), scene.drawn_as);
   stage.show(view.update(volume), volume.frame().origin);
-  stage.draw(tick, {}, 0);
+  World world(scene);
+  world.place(tick);
+  stage.draw(world, {.tool = tool, .debris = false, .mirror = false});
   const render::Picture picture = render::scaled_to(stage.eye(0), reference.size);
   state.counters["flip"] = render::mean_flip(reference, picture);
   state.counters["ciede2000"] = render::mean_ciede2000(reference, picture);

@@ -248,7 +248,7 @@ class PacedHand : public RandomHand {
 TEST(LiveThreads, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
-  std::ofstream(scene_file) << kScene;
+  std::ofstream(scene_file) << scene_for("offset");
   const Scene scene = read_scene(scene_file);
   PacedHand hand(3, static_cast<int>(haptics::tool_set(scene.servo).size()));
   LiveSession s(scene, load_tissue(scene));

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/contact/proxy/crease.h"
+#include "haptics/contact/proxy/groove.h"
 #include "haptics/contact/proxy/head_samples.h"
 #include "haptics/contact/proxy/parameters.h"
-#include "haptics/contact/proxy/sharp_edge.h"
 
 namespace typodont::haptics {
 
@@ -15,6 +16,18 @@ using O = OffsetQueryParameters;
 using S = WallSeatParameters;
 using R = RefineParameters;
 using Rim = RimParameters;
+using D = DescentParameters;
+using H = HeadSampleParameters;
+using L = CreaseContactParameters;
+
+/// Returns true if one smooth sheet surrounds a point of the surface.
+bool is_smooth_at(const SurfacePatch& patch, const dvec3& x) noexcept {
+  if (!patch.holds(x, O::depth_below)) return true;
+  const FieldSample at = sample_cubic(patch, x);
+  const double slope = glm::length(at.gradient);
+  return std::abs(slope - 1) < R::smooth &&
+         std::abs(sample_linear(patch, x - O::depth_below * at.gradient) + O::depth_below) < O::foot_tolerance;
+}
 
 }  // namespace
 
@@ -64,9 +77,11 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(below, 0) ||
       std::abs(sample_linear(patch, below) + O::depth_below) > O::foot_tolerance) {
     dvec3 foot = c - distance * n;
-    if (nearest_on_edge(patch, c, foot, distance, foot)) {
-      distance = glm::length(c - foot);
-      n = (c - foot) / distance;
+    ContactPlane edge;
+    if (patch.holds(foot, 0) && touch_crease(patch, {c, {}}, foot, edge) &&
+        std::abs(edge.gap + radius_ - distance) < O::foot_tolerance) {
+      distance = edge.gap + radius_;
+      n = edge.n;
     } else {
       // If the gradient does not have length 1, or the foot point is not on the surface, the field there depends on two
       // walls.
@@ -141,8 +156,10 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   return true;
 }
 
-void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
+void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set,
+                         bool fine) const noexcept {
   set.clear();
+  set.creases_ = fine;
   const bool uncut = patch.cut_lo.x > patch.cut_hi.x ? patch.exact_outside
                                                      : is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p));
   if (sphere_ && uncut && (find_by_offset(patch, X_VT.p, set) || find_in_crease(patch, X_VT.p, near, set))) return;
@@ -155,6 +172,51 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   const dvec3 out(found.area_x, found.area_y, found.area_z);
   set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
   std::fill_n(set.rough_.yields, found.count, 1.0f);
+  if (fine && sphere_ && patch.holds(X_VT.p, 0)) {
+    // The surface nearest to the centre can lie between the samples.
+    const FieldSample at = sample_linear_gradient(patch, X_VT.p);
+    if (at.value > 0.5 && glm::length(at.gradient) > 0.5)
+      find_below(patch, X_VT, X_VT.p - at.value * glm::normalize(at.gradient), near, set);
+  }
+  if (!samples_->cover.empty() && (fine || found.count == 0)) find_between_samples(patch, X_VT, near, set);
+}
+
+/// Adds the contact to which the descent from x leads.
+void ContactFinder::find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
+                               ContactSet& set) const noexcept {
+  ContactPlane plane;
+  plane.x = x;
+  if (!descend(patch, X_VT, plane.x)) return;
+  update_contact(X_VT, plane);
+  if (plane.gap >= near) return;
+  for (int i = 0; i < set.count_; ++i) {
+    if (glm::length(set.plane(i).x - plane.x) < H::same_place) return;
+  }
+  set.put_own(plane);
+}
+
+/// Finds tissue between the samples of a large head.
+void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& X_VT, double near,
+                                         ContactSet& set) const noexcept {
+  struct Candidate {
+    float value;
+    dvec3 x;
+  };
+  Candidate nearest[H::descents] = {};  // sorted by value
+  int count = 0;
+  const glm::dmat3 axes(X_VT.R);
+  constexpr double kHalfDiagonal = 0.87;  // voxels
+  const float within = samples_->cover_radius + static_cast<float>(near + kHalfDiagonal);
+  for (const glm::vec3& point : samples_->cover) {
+    const dvec3 x = X_VT.p + axes * dvec3(point);
+    const glm::ivec3 q = glm::ivec3(x + 0.5) - patch.lo;
+    const float value = patch.distance[patch.at(q.x, q.y, q.z)];
+    if (value >= within || (count == H::descents && value >= nearest[count - 1].value)) continue;
+    int at = count < H::descents ? count++ : count - 1;
+    for (; at > 0 && nearest[at - 1].value > value; --at) nearest[at] = nearest[at - 1];
+    nearest[at] = {value, x};
+  }
+  for (int i = 0; i < count; ++i) find_below(patch, X_VT, nearest[i].x, near, set);
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
@@ -220,7 +282,11 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   // Moves the contact point onto the surface. Then moves it along the surface towards the head while the gap decreases.
   // On a surface of constant curvature, each displacement is a constant fraction of the previous one. So the fine
   // refinement extrapolates all remaining displacements in one step (secant method).
-  ContactPlane best;
+  ContactPlane best = rough;
+  if (fine && set.creases_ && rough.crease && touch_crease(patch, X_VT, rough.x, best)) {
+    set.put(i, X_VT.p, best);
+    return true;
+  }
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);
   double gain = 1;
@@ -234,20 +300,26 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     if (std::abs(field.value) > static_cast<double>(HeadSampleParameters::on_surface)) continue;
     dvec3 m;
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
-    if (!(gained > 0)) break;
+    if (!(gained > 0)) {
+      if (!fine || last_slide == dvec3(0)) break;
+      // On a surface that is much more curved than the head, the step was too long.
+      gain *= R::shortened;
+      x = best.x + gain * last_slide;
+      continue;
+    }
     best = {x, -m, gap, rough.yields};
     if (gained < (fine ? R::gained_fine : R::gained)) break;
     const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
     if (fine) {
       const double before2 = glm::dot(last_slide, last_slide);
       const double fraction = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
-      gain =
-          fraction != 0 && std::abs(fraction) < R::still_converges ? std::min(gain / (1 - fraction), R::most_gain) : 1;
+      if (fraction != 0 && fraction < R::still_converges) gain = std::min(gain / (1 - fraction), R::most_gain);
       last_slide = slide;
     }
     x += gain * slide;
   }
   if (best.gap >= rough.gap + 0.5) best = rough;
+  if (fine && set.creases_ && !is_smooth_at(patch, best.x)) touch_crease(patch, X_VT, best.x, best);
   if (set.projects_out_ && best.gap < 0 && same(set.emptied_, X_VT)) {
     best.x += best.gap * best.n;
     best.gap = 0;
@@ -259,7 +331,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
       update_contact(X_VT, best);
     }
   }
-  const bool rim = fine && touch_with_rim(patch, X_VT, best);
+  const bool rim = fine && !best.crease && touch_with_rim(patch, X_VT, best);
   set.put(i, X_VT.p, best);
   if (rim) set.put_beside(best, Rim::near_rim + 2 * std::abs(best.gap));
   return true;
@@ -309,6 +381,133 @@ bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, 
   const double gap = field.value / slope;
   if (glm::dot(n, wall) < Rim::same_wall || glm::length(q - plane.x) > Rim::near_rim + 2 * std::abs(gap)) return false;
   plane = {q - gap * n, n, gap, plane.yields, true};
+  return true;
+}
+
+/// Moves x along the interpolated surface to the point nearest to the head, with an error of about half a voxel at a
+/// crease. Returns false if the surface is not found.
+bool ContactFinder::descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& x) const noexcept {
+  dvec3 normal, m;
+  const auto onto_surface = [&](dvec3& p) {
+    for (int step = 0; step < D::surface_steps; ++step) {
+      if (!patch.holds(p, 0)) return false;
+      const FieldSample at = sample_linear_gradient(patch, p);
+      const double slope = glm::length(at.gradient);
+      if (slope < D::flat) {  // at a corner, for example
+        head_distance(X_VT, p, normal);
+        normal = -normal;
+        return std::abs(at.value) < D::near_surface;
+      }
+      normal = at.gradient / slope;
+      p -= at.value / std::max(slope, std::min(std::abs(at.value), 1.0)) * normal;
+      if (std::abs(at.value) < D::on_surface) return true;
+    }
+    return patch.holds(p, 0) && std::abs(sample_linear(patch, p)) < D::near_surface;
+  };
+  if (!onto_surface(x)) return false;
+  double gap = head_distance(X_VT, x, m), fraction = 1;
+  dvec3 n = normal;
+  for (int step = 0; step < D::steps; ++step) {
+    const dvec3 slide = -fraction * (radius_ + gap) * (m - glm::dot(m, n) * n);
+    if (glm::length(slide) < D::shortest) break;
+    dvec3 y = x + slide, my;
+    if (!onto_surface(y)) {
+      fraction /= 4;
+      continue;
+    }
+    const double next = head_distance(X_VT, y, my);
+    if (next < gap) {
+      x = y, m = my, n = normal, gap = next;
+    } else {
+      fraction /= 3;
+    }
+  }
+  return true;
+}
+
+/// Finds the point of a sheet that is nearest to the head.
+bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept {
+  dvec3 n, m, last(0);
+  if (sphere_) {
+    const double height = sheet.distance(X_VT.p, n);
+    plane.x = X_VT.p - height * n, plane.n = n, plane.gap = height - radius_;
+    return height > 0;
+  }
+  double gain = 1, gap = 0;
+  for (int step = 0;; ++step) {
+    x -= sheet.distance(x, n) * n;
+    gap = head_distance(X_VT, x, m);
+    const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
+    if (glm::dot(slide, slide) < L::slid) break;
+    if (step == L::steps) return false;
+    const double last2 = glm::dot(last, last), fraction = last2 > 0 ? glm::dot(slide, last) / last2 : 0;
+    gain = fraction != 0 && fraction < R::still_converges ? std::min(gain / (1 - fraction), R::most_gain) : 1;
+    last = slide;
+    x += gain * slide;
+  }
+  plane.x = x, plane.n = -m, plane.gap = gap;
+  return true;
+}
+
+/// Finds the point nearest to the head on the line where two sheets meet. Returns false if the head does not touch the
+/// line there, but one of the sheets beside it.
+bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x,
+                               ContactPlane& plane) const noexcept {
+  dvec3 n[2], m, t(0);
+  double last = 0, moved = 0, gap = 0;
+  for (int step = 0;; ++step) {
+    if (!crease.onto_line(i, j, x, n)) return false;
+    const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
+    t = glm::dot(along, t) < 0 ? -along : along;
+    gap = head_distance(X_VT, x, m);
+    const double slope = glm::dot(m, t);  // of the gap along the line
+    if (std::abs(slope) < L::aligned) break;
+    if (step == L::steps) return false;
+    double way = -slope * (radius_ + gap);
+    if (step > 0 && (slope - last) * moved > 0) way = -slope * moved / (slope - last);
+    moved = std::clamp(way, -L::longest, L::longest);
+    last = slope;
+    x += moved * t;
+  }
+  const double c = glm::dot(n[0], n[1]), a = -glm::dot(m, n[0]), b = -glm::dot(m, n[1]);
+  if (a - c * b < -L::inside_cone || b - c * a < -L::inside_cone) return false;
+  plane.x = x, plane.n = -m, plane.gap = gap;
+  return true;
+}
+
+/// Finds the contact of the head with a convex edge, rim or corner of the tissue near a point. Returns false if there
+/// is none.
+bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near,
+                                 ContactPlane& plane) const noexcept {
+  dvec3 x = near;
+  if (!descend(patch, X_VT, x) || !patch.holds(x, 0)) return false;
+  ContactPlane found = plane;
+  found.crease = true;
+  const double gap = head_distance(X_VT, x, found.n);
+  Crease crease;
+  if (!find_crease(patch, x, -found.n, crease)) return false;
+  // The tissue inside the sheets is convex, so the first point that fulfils all conditions is the nearest one.
+  const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
+  bool touches = false;
+  for (int i = 0; i < crease.count && !touches; ++i)
+    touches = touch_sheet(crease.sheet[i], X_VT, x, found) && is_contact();
+  for (int i = 0; i < crease.count && !touches; ++i) {
+    for (int j = 0; j < i && !touches; ++j) touches = touch_line(crease, i, j, X_VT, x, found) && is_contact();
+  }
+  if (!touches && crease.count == Crease::kMost) {
+    found.x = x;
+    dvec3 n[Crease::kMost];
+    touches = crease.onto_corner(found.x, n);
+    found.gap = head_distance(X_VT, found.x, found.n);
+    found.n = -found.n;
+  }
+  if (!touches || found.gap > gap + L::farther || found.gap < gap - L::nearer) return false;
+  // Compares the sheets with a sample, because interpolation below a crease is wrong too.
+  const dvec3 below = glm::floor(found.x - L::depth * found.n + 0.5);
+  if (!patch.holds(below, 0)) return false;
+  const glm::ivec3 q = glm::ivec3(below) - patch.lo;
+  if (std::abs(patch.distance[patch.at(q.x, q.y, q.z)] - crease.above(below)) > L::agrees) return false;
+  plane = found;
   return true;
 }
 

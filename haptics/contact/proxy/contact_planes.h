@@ -15,9 +15,9 @@
 // again with cubic interpolation in double precision (ContactFinder::refine). The projection is then repeated with the
 // exact planes.
 //
-// Special cases. sharp_edge.h computes edges, corners and grooves of the tissue from the flat faces beside them,
-// because interpolation rounds them. non_cutting_contacts.h computes contacts of the parts of a tool that never cut,
-// for example the shank. parameters.h contains all constants with their reasons.
+// Special cases. crease.h fits the sheets that meet at an edge, rim or corner of the tissue, and groove.h the walls of
+// a groove, because interpolation rounds them. non_cutting_contacts.h computes contacts of the parts of a tool that
+// never cut, for example the shank. parameters.h contains all constants with their reasons.
 //
 // Frames: W is the workbench, V is the grid of the patch (lengths in voxels), and T is the tool with its origin at the
 // head's centre and z along its axis. X_VT is the pose of T in V. docs/contact.md explains the method and its errors.
@@ -32,6 +32,8 @@
 namespace typodont::haptics {
 
 struct HeadSamples;
+struct Crease;
+struct Sheet;
 
 /// Finds the contacts of one head. The object is created at set-up. All its other functions may be called on the servo
 /// thread.
@@ -47,8 +49,10 @@ class ContactFinder {
   /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). `X_VT`: pose of the head
   /// (frame T) in the voxel grid (frame V), with the translation in voxels. In general, each surface sample of the head
   /// near tissue gives one contact. For a ball on a smooth offset surface, there is a single exact contact instead. The
-  /// patch (copy of the field) must contain the head.
-  void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
+  /// patch (copy of the field) must contain the head. `fine`: for a head that neither cuts nor fills, also searches
+  /// the tissue between the samples, and refine() finds creases.
+  void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set,
+            bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand's position `target` (voxels), if one
   /// smooth wall stops it. The field is queried at the hand's position inside the wall. Parallel surfaces have the same
@@ -87,6 +91,13 @@ class ContactFinder {
  private:
   bool touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
   dvec3 farthest(const Pose& X_VT, const dvec3& along) const noexcept;
+  void find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
+                  ContactSet& set) const noexcept;
+  void find_between_samples(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
+  bool descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
+  bool touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, ContactPlane& plane) const noexcept;
+  bool touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
+  bool touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
   bool find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;

@@ -40,6 +40,17 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
+/// Adds an approximate contact of the head.
+void ContactSet::put_own(const ContactPlane& plane) noexcept {
+  const int i = count_ < kMax ? count_++ : 0;
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+  rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+  rough_.gap[i] = static_cast<float>(plane.gap);
+  rough_.yields[i] = 1;
+  deepest_ = std::max(deepest_, -plane.gap);
+}
+
 /// Replaces the approximate contacts near a rim by the one exact contact of the rim.
 void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
   const glm::vec3 x(rim.x - origin_), n(rim.n);
@@ -65,7 +76,7 @@ bool ContactSet::add(const ContactPlane& plane) noexcept {
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
-  sunk_ = flat_ = projects_out_ = false;
+  sunk_ = flat_ = creases_ = projects_out_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }

@@ -16,7 +16,8 @@ struct ContactPlane {
   // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); the fraction is below
   // 1 where the tissue is harder than the tissue being cut
   double yields = 1;
-  bool rim = false;  // true if a sharp rim of the head has contact; n is then the normal of the tissue
+  bool rim = false;     // true if a sharp rim of the head has contact; n is then the normal of the tissue
+  bool crease = false;  // true if x lies on an edge, rim or corner of the tissue that was reconstructed (crease.h)
 };
 
 /// The approximate planes of all contacts, as arrays of floats for SIMD. Points are in voxels, relative to the head's
@@ -78,9 +79,11 @@ class ContactSet {
   Exact* exact(int i) noexcept;
   void put_beside(const ContactPlane& rim, double within) noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
+  void put_own(const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;
   bool sunk_ = false, flat_ = false;
+  bool creases_ = false;  // true if refined contacts may lie on a crease (ContactFinder::find)
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   // voxels, origin of the points in the approximate planes: the head's centre at the time of the search

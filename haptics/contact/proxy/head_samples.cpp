@@ -407,6 +407,20 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
     nx[i] = n.x, ny[i] = n.y, nz[i] = n.z;
     area[i] = static_cast<float>(list[i].area / (voxel * voxel));
   }
+  double surface = 0;
+  for (const HeadSample& sample : list) surface += sample.area;
+  surface /= voxel * voxel;
+  if (surface > ContactSet::kMax * P::dense * P::dense) {
+    const double spacing = P::cover * P::cover;
+    const std::vector<HeadSample> points =
+        sample_head(tool, std::clamp(static_cast<int>(surface / spacing), ContactSet::kMax, P::max_cover));
+    double largest = 0;
+    for (const HeadSample& point : points) {
+      cover.emplace_back(point.p_TQ / voxel);
+      largest = std::max(largest, point.area);
+    }
+    cover_radius = static_cast<float>(std::sqrt(largest) / voxel);
+  }
   for (int i = 0; i < head.count; ++i) {
     const HeadField::Piece& piece = head.pieces[i];
     const double length = std::sqrt(1 / piece.inverse2);

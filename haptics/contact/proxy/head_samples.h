@@ -1,6 +1,8 @@
 // Data of a head for the contact search: samples of its surface, and its meridian. Both are arrays of floats for SIMD.
 #pragma once
 
+#include <vector>
+
 #include "haptics/contact/proxy/contact_set.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
@@ -50,6 +52,10 @@ struct HeadSamples {
   float ball_radius;  // voxels, radius of a ball; 0 for any other head
   float thickness;    // voxels, half the head's width
   float reach;        // voxels, distance from the head's centre to its farthest point
+  // Points such that every point of the surface is nearer than cover_radius (voxels) to one of them. Empty if the
+  // samples themselves are so dense that no tissue lies between them.
+  std::vector<glm::vec3> cover;
+  float cover_radius = 0;
 };
 
 }  // namespace typodont::haptics

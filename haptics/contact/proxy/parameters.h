@@ -40,7 +40,7 @@ struct RefineParameters {
   static constexpr int iterations = 2;  // largest number of queries in one call of refine() for a head that cuts
   // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
   // of the force's direction.
-  static constexpr int iterations_fine = 8;
+  static constexpr int iterations_fine = 12;
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
@@ -60,7 +60,10 @@ struct RefineParameters {
   // The secant method is used only if the length of a step, divided by the length of the previous step, is less than
   // this.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;  // largest factor by which the secant method lengthens a step
+  static constexpr double most_gain = 10;   // largest factor by which the secant method lengthens a step
+  static constexpr double shortened = 0.2;  // factor for a step after which the gap was larger
+  // Difference between 1 and the gradient's length up to which the surface is smooth.
+  static constexpr double smooth = 1e-3;
 };
 
 /// Parameters for a sharp rim of the head that is inside the tissue (ContactFinder::touch_with_rim). The head must
@@ -86,59 +89,80 @@ struct HeadSampleParameters {
   // voxels; a sample of the head nearer than this to the tissue's surface is moved onto the surface
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
+  // Voxels between samples up to which no tissue is missed between them, and between the points that cover a larger
+  // head.
+  static constexpr double dense = 3, cover = 8;
+  static constexpr int max_cover = 8192;   // points
+  static constexpr int descents = 24;      // largest number of descents from such points
+  static constexpr double same_place = 1;  // voxels between two contacts below which they are the same
 };
 
-/// Parameters for edges, corners and grooves, which are computed from the adjacent faces (sharp_edge.h).
-struct SharpEdgeParameters {
-  // Number of directions in which faces are searched. It is large, because some faces of a corner are visible in few
-  // directions.
-  static constexpr int directions = 12;
-  // Voxels. The search for a face starts at this lateral distance from the foot point (the surface point nearest to the
-  // head's centre).
-  static constexpr double aside = 8;
-  // Voxels. If an edge of the surface lies between the foot point (the surface point nearest to the head's centre) and
-  // the searched face, the search starts at this lateral distance from the foot point, and as far below the foot point.
-  static constexpr double down = 6.8;
-  // Voxels, smallest distance from the foot point (see `aside`) to the point that is used on a face. At a smaller
-  // distance, the interpolation stencil would include samples of the other face of the edge.
-  static constexpr double least_aside = 5.2;
-  static constexpr int steps = 3;  // largest number of steps that move a point onto a face
-  // voxels, tolerance: a point that is nearer than this to the face counts as on the face
-  static constexpr double on_face = 1e-3;
-  // Largest allowed difference between 1 and the length of the field's gradient at a point of a face. The length is 1
-  // near a single face.
-  static constexpr double gradient_tolerance = 1e-3;
-  // voxels; a face counts as far from other faces if the tissue below it is at least this deep
-  static constexpr double depth_clean = 4.5;
-  // voxels; a face is used only if the tissue below it is at least this deep
-  static constexpr double depth_least = 3.7;
-  // voxels; largest allowed difference between the depth that the field gives at a point below a face, and the depth of
-  // this point below the face
-  static constexpr double depth_tolerance = 0.05;
-  // If the cosine between the normals of two faces is larger than this, and the second face is near other faces (see
-  // depth_clean), the second face counts as a duplicate of the first and is not stored.
-  static constexpr double alike = 0.98;
-  // Two faces can be the same plane only if (1 - cosine between their normals) is less than this; the limit covers the
-  // interpolation error.
-  static constexpr double same_face = 1e-5;
-  // Voxels. Faces enclose a convex solid if the measured point of each face is at most this far above the planes of the
-  // other faces. They form a concave crease if this point is at most this far below the planes of the other faces.
-  static constexpr double convex = 0.02;
-  // Voxels; largest allowed difference, at the head's centre, between the field and the distance that is computed from
-  // the faces.
-  static constexpr double agrees = 0.05;
-  // voxels; the wall of a groove is measured at a second point, which is farther from the groove's bottom by this
-  // distance
-  static constexpr double farther = 1.5;
-  // a groove's wall is flat if (1 - cosine between its normals at the two measured points) is less than this
-  static constexpr double flat = 1e-10;
-  // voxels; a groove's wall is flat if its second measured point, which lies in the tangent plane at the first one, is
-  // nearer than this to the surface. The limit allows for the rounding of the distances to floats.
-  static constexpr double flat_distance = 2e-5;
-  // if a groove's wall is missing in more than this number of directions, the search fails
-  static constexpr int misses = 6;
-  // Voxels. Interpolation fills the bottom of a groove. The largest depth of the filled part is this length times |n1 -
-  // n2|, where n1 and n2 are the normals of the walls.
+/// Parameters of the sheets that meet at a convex edge, rim or corner (crease.h). Voxels.
+struct CreaseParameters {
+  static constexpr int directions = 12;  // directions in which the surface beside the crease is searched
+  // Distances of the search from the crease; the first one is usually enough.
+  static constexpr double aside[] = {4, 6.5, 5};
+  static constexpr double down = 0.8;       // times that distance: second start of the search, aside and below
+  static constexpr double least_aside = 2;  // smallest distance of a place that is used
+  static constexpr int steps = 4;           // largest number of steps onto the surface
+  static constexpr double landed = 0.1;     // nearer than this, a point counts as on the surface
+  // A sheet is fitted at the place found or so much farther from the crease, and above the sheet.
+  static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
+  static constexpr double clear = 0.4;  // smallest distance between the samples of a fit and those of other sheets
+  static constexpr double gradient_tolerance = 5e-3;  // difference between 1 and the gradient's length
+  static constexpr double max_curvature = 0.4;        // 1/voxel
+  // Largest third or fourth difference of the samples; the second term covers curved sheets.
+  static constexpr double rough = 0.03, rough_curved = 4;
+  static constexpr double same_normal =
+      0.7;  // cosine between the normals of a sheet and of the place where it is fitted
+  // Two fits belong to one sheet up to this distance and cosine between their normals.
+  static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
+  static constexpr double convex = 0.2;  // a fit lies at least so far below the other sheets
+  // A place so far below two sheets belongs to a third one, or with this cosine between its normal and their line.
+  static constexpr double missed_below = 0.6, along_line = 0.3;
+  static constexpr double converged = 1e-9;
+  static constexpr double least_angle = 1e-4;  // determinant of normals below which sheets do not meet
+  static constexpr int newton_steps = 8;
+};
+
+/// Descent along the interpolated surface to the point nearest to the head (ContactFinder::descend). Voxels.
+struct DescentParameters {
+  static constexpr int steps = 14, surface_steps = 10;
+  static constexpr double shortest = 0.2;  // a shorter step along the surface ends the descent
+  static constexpr double flat = 0.2;      // length of the gradient below which it has no direction
+  static constexpr double on_surface = 0.1, near_surface = 0.3;
+};
+
+/// Contact of a head with a crease (ContactFinder::touch_crease). Voxels.
+struct CreaseContactParameters {
+  static constexpr int steps = 8;
+  static constexpr double aligned = 1e-9;  // derivative of the gap along the crease
+  static constexpr double slid = 1e-14;    // voxels², square of a step along a sheet
+  static constexpr double longest = 4;     // longest step along the crease
+  static constexpr double inside_cone = 1e-9, feasible = 1e-7;
+  // The exact crease may be so much farther from the head and nearer to it than the interpolated one.
+  static constexpr double farther = 0.5, nearer = 1.5;
+  static constexpr double depth = 1.5, agrees = 0.1;  // depth of the sample compared with the sheets, and tolerance
+};
+
+/// Parameters of grooves and inner corners between flat walls (groove.h). Voxels.
+struct GrooveParameters {
+  static constexpr int directions = 12;               // directions in which walls are searched
+  static constexpr double aside = 8;                  // distance of the search from the bottom of the groove
+  static constexpr double least_aside = 5.2;          // nearer, the stencil would include samples of another wall
+  static constexpr int steps = 3;                     // largest number of steps onto a wall
+  static constexpr double on_face = 1e-3;             // nearer than this, a point counts as on the wall
+  static constexpr double gradient_tolerance = 1e-3;  // difference between 1 and the gradient's length
+  // The tissue below a wall must be at least so deep, with this error of the interpolated depth.
+  static constexpr double depth = 3.7, depth_tolerance = 0.05;
+  static constexpr double same_face = 1e-5;  // 1 - cosine between the normals of two places of one wall
+  static constexpr double concave = 0.02;    // a wall may lie so far below the planes of the others
+  static constexpr double agrees = 0.05;     // difference between the field and the distance from the walls
+  static constexpr double farther = 1.5;     // distance of a second point that shows whether the wall is flat
+  // Limits for this point: 1 - cosine between the normals, and the distance, which allows for rounding to floats.
+  static constexpr double flat = 1e-10, flat_distance = 2e-5;
+  static constexpr int misses = 6;  // directions without a wall after which the search fails
+  // Interpolation fills the bottom of a groove up to this depth times |n1 - n2|, with the normals of the walls.
   static constexpr double filled = 0.15;
 };
 

@@ -1,18 +1,10 @@
-// Computes edges, corners, grooves and inner corners that are sharper than the samples can represent, from the faces
-// that meet there.
+// Computes grooves and inner corners that are sharper than the samples can represent, from the flat walls that meet
+// there.
 #pragma once
 
 #include "haptics/surface_patch.h"
 
 namespace typodont::haptics {
-
-/// Computes the point of the tissue nearest to `c` near a sharp edge. A field that is interpolated from samples rounds
-/// every edge within three voxels; farther away, the faces beside the edge are correct. This function finds the planes
-/// of these faces. The planes enclose a solid, and the result is the point of this solid nearest to `c`. `foot`:
-/// estimate of that point; `distance`: value of the field at `c`; all lengths in voxels. Returns false if the faces are
-/// not found, do not enclose a convex solid, or contradict the field.
-bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance,
-                     dvec3& nearest) noexcept;
 
 /// The flat walls of a groove or inner corner. Each wall has a unit normal. `height`: distance of each wall, in voxels,
 /// from the point for which the walls were searched.

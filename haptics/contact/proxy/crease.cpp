@@ -1,0 +1,298 @@
+#include "haptics/contact/proxy/crease.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+#include "haptics/contact/proxy/parameters.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+using C = CreaseParameters;
+
+/// A unit vector perpendicular to n.
+dvec3 across(const dvec3& n) noexcept {
+  return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+}
+
+/// Signed distance from a circle through the origin with the curvature k, whose normal there is w.
+double from_circle(double u, double w, double k, double& du, double& dw) noexcept {
+  const double twice = k * (u * u + w * w) + 2 * w, root = std::sqrt(std::max(1 + k * twice, 1e-12));
+  du = k * u / root, dw = (1 + k * w) / root;
+  return twice / (1 + root);
+}
+
+/// A point on the surface beside the crease, with the normal of the linear interpolation.
+struct Landing {
+  dvec3 x{0}, n{0};
+};
+
+bool land(const SurfacePatch& patch, dvec3 x, Landing& landing) noexcept {
+  for (int step = 0; step < C::steps; ++step) {
+    if (!patch.holds(x, 0)) return false;
+    const FieldSample at = sample_linear_gradient(patch, x);
+    const double slope = glm::length(at.gradient);
+    if (slope < 0.5) return false;
+    const dvec3 n = at.gradient / slope;
+    landing = {x - (at.value / slope) * n, n};
+    if (std::abs(at.value) < C::landed) return true;
+    x = landing.x;
+  }
+  return false;
+}
+
+/// Fits a sheet to the samples around the voxel `at`: differences of fourth order along the axes.
+bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
+  const glm::ivec3 q = at - patch.lo;
+  const std::ptrdiff_t step[3] = {static_cast<std::ptrdiff_t>(patch.n) * patch.n, patch.n, 1};
+  const float* f = patch.distance.data() + patch.at(q.x, q.y, q.z);
+  const double value = f[0];
+  dvec3 g;
+  glm::dmat3 H;
+  double rough = 0;  // largest third or fourth difference
+  for (int i = 0; i < 3; ++i) {
+    const std::ptrdiff_t s = step[i];
+    const double a = f[-2 * s], b = f[-s], c = f[s], d = f[2 * s];
+    g[i] = (8 * (c - b) - (d - a)) / 12;
+    H[i][i] = (16 * (b + c) - (a + d) - 30 * value) / 12;
+    rough = std::max({rough, std::abs(d - a - 2 * (c - b)), std::abs(a + d - 4 * (b + c) + 6 * value)});
+    for (int j = 0; j < i; ++j) {
+      const std::ptrdiff_t t = step[j];
+      H[i][j] = H[j][i] = (f[s + t] - f[s - t] - f[t - s] + f[-s - t]) / 4.0;
+    }
+  }
+  const double slope = glm::length(g);
+  if (std::abs(slope - 1) > C::gradient_tolerance) return false;
+  const dvec3 n = g / slope, u = across(n), v = glm::cross(n, u);
+  const dvec3 Hu = H * u, Hv = H * v;
+  const double uu = glm::dot(u, Hu), uv = glm::dot(u, Hv), vv = glm::dot(v, Hv);
+  const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
+  const double angle = half > 1e-9 ? 0.5 * std::atan2(uv, (uu - vv) / 2) : 0;
+  // Curvatures of the level through the voxel; those of the surface follow, because the levels are parallel.
+  const auto at_surface = [&](double k) { return k / (1 - k * value); };
+  const double most = std::max(std::abs(mean + half), std::abs(mean - half));
+  if (most > C::max_curvature || rough > C::rough + C::rough_curved * most * most) return false;
+  sheet.n = n;
+  sheet.x = dvec3(at) - value * n;
+  sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
+  sheet.e2 = glm::cross(n, sheet.e1);
+  sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
+  return true;
+}
+
+/// Largest distance of the samples of fit() from their centre, along a unit vector.
+double extent(const dvec3& n) noexcept {
+  const dvec3 a = glm::abs(n);
+  return std::max({2 * a.x, 2 * a.y, 2 * a.z, a.x + a.y, a.y + a.z, a.x + a.z});
+}
+
+/// A sheet that was fitted beside the crease. `at`: voxel at the centre of its samples; `along`: unit vector along the
+/// sheet away from the crease.
+struct Fitted {
+  Sheet sheet;
+  dvec3 at{0}, along{0};
+};
+
+/// Fits a sheet `farther` voxels beyond a place of the surface, in the direction `away` along the sheet.
+bool fit_beyond(const SurfacePatch& patch, const Landing& place, const dvec3& away, double farther,
+                Fitted& fitted) noexcept {
+  const dvec3 along = away - glm::dot(away, place.n) * place.n;
+  const double length = glm::length(along);
+  if (length < 1e-3) return false;
+  fitted.along = along / length;
+  const glm::ivec3 at(glm::floor(place.x + farther * fitted.along + C::height * place.n + 0.5));
+  fitted.at = dvec3(at);
+  return patch.holds(fitted.at, 0) && fit(patch, at, fitted.sheet) &&
+         glm::dot(fitted.sheet.n, place.n) > C::same_normal;
+}
+bool fit_beyond(const SurfacePatch& patch, const Landing& place, const dvec3& away, Fitted& fitted) noexcept {
+  return std::ranges::any_of(C::farther,
+                             [&](double farther) { return fit_beyond(patch, place, away, farther, fitted); });
+}
+
+/// A place beside the crease. `group`: number of the sheet that was fitted there, or -1.
+struct Place {
+  Landing at;
+  bool landed = false;
+  Fitted fitted;
+  int group;
+};
+
+/// Searches the surface in all directions around the crease at x. A place beyond the edge is searched from below.
+void search_around(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside,
+                   Place (&around)[C::directions]) noexcept {
+  const dvec3 u = across(n), v = glm::cross(n, u);
+  for (int i = 0; i < C::directions; ++i) {
+    const double a = 2 * kPi * i / C::directions;
+    const dvec3 d = std::cos(a) * u + std::sin(a) * v;
+    const auto from = [&](const dvec3& start) {
+      return land(patch, start, around[i].at) && glm::length(around[i].at.x - x) > C::least_aside;
+    };
+    around[i].landed = from(x + aside * d) || from(x + C::down * aside * (d - n));
+    around[i].group = -1;
+  }
+}
+
+/// The sheets beside a crease, each represented by the first one of its fits.
+struct Groups {
+  int count = 0;
+  const Fitted* first[Crease::kMost] = {};
+
+  double above(const dvec3& p) const noexcept {
+    double most = -1e300;
+    dvec3 n;
+    for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
+    return most;
+  }
+  /// Direction in which p moves away from all sheets except one.
+  dvec3 away(const dvec3& p, int except) const noexcept {
+    dvec3 sum(0), n;
+    for (int k = 0; k < count; ++k) {
+      if (k == except) continue;
+      first[k]->sheet.distance(p, n);
+      sum -= n;
+    }
+    return sum;
+  }
+  /// Returns false if there are more sheets than a corner can have.
+  bool add(Place& place) noexcept {
+    for (place.group = 0; place.group < count; ++place.group) {
+      dvec3 n;
+      const double above = first[place.group]->sheet.distance(place.fitted.sheet.x, n);
+      if (std::abs(above) < C::same_sheet && glm::dot(n, place.fitted.sheet.n) > C::same_sheet_normal) return true;
+    }
+    if (count == Crease::kMost) return false;
+    first[count++] = &place.fitted;
+    return true;
+  }
+};
+
+/// Fits a sheet at each place, and groups those that belong to the same sheet. Returns false if there are not two or
+/// three sheets.
+bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
+  for (Place& place : around) {
+    if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
+  }
+  if (groups.count < 2) return false;
+  // A place below two sheets, or whose normal points along their line, belongs to a third one. It may be near the
+  // others, so moves away from them.
+  const dvec3 line = glm::normalize(glm::cross(groups.first[0]->sheet.n, groups.first[1]->sheet.n));
+  for (Place& place : around) {
+    if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;
+    if (groups.above(place.at.x) > -C::missed_below && std::abs(glm::dot(place.at.n, line)) < C::along_line) continue;
+    const dvec3 away = groups.away(place.at.x, -1);
+    Landing beyond;
+    if (fit_beyond(patch, place.at, away, place.fitted) ||
+        (land(patch, place.at.x + C::aside[0] * glm::normalize(away), beyond) &&
+         fit_beyond(patch, beyond, away, place.fitted))) {
+      groups.add(place);
+    }
+  }
+  return true;
+}
+
+/// Returns the smallest distance between the samples of a fit and the samples that belong to other sheets.
+double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int own) noexcept {
+  double least = glm::dot(fitted.at - x, fitted.along) - extent(fitted.along);
+  for (int k = 0; k < groups.count; ++k) {
+    if (k == own) continue;
+    dvec3 n, other;
+    const double over = fitted.sheet.distance(fitted.at, n) - groups.first[k]->sheet.distance(fitted.at, other);
+    const double apart = glm::length(n - other);
+    least = std::min(least, over / apart - extent((n - other) / apart));
+  }
+  return least;
+}
+
+/// Chooses the fit of a sheet that is nearest to the crease, among those that no other sheet influences.
+bool choose(const SurfacePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
+            int own, Sheet& sheet) noexcept {
+  double nearest = 1e300;
+  const auto try_fit = [&](const Fitted& fitted) {
+    const double distance = glm::length(fitted.at - x);
+    if (distance < nearest && clearance(fitted, x, groups, own) > C::clear) nearest = distance, sheet = fitted.sheet;
+  };
+  for (const Place& place : around) {
+    if (place.group == own) try_fit(place.fitted);
+  }
+  for (const Place& place : around) {
+    if (place.group != own || nearest < 1e300) continue;
+    for (const double farther : C::farther) {
+      Fitted beyond;
+      if (fit_beyond(patch, place.at, groups.away(place.at.x, own), farther, beyond)) try_fit(beyond);
+    }
+  }
+  return nearest < 1e300;
+}
+
+}  // namespace
+
+double Sheet::distance(const dvec3& p, dvec3& gradient) const noexcept {
+  const dvec3 d = p - x;
+  const double u = glm::dot(d, e1), v = glm::dot(d, e2), w = glm::dot(d, n);
+  double dv, dw, du, raised;
+  const double height = from_circle(v, w, k2, dv, dw), result = from_circle(u, height, k1, du, raised);
+  gradient = du * e1 + raised * (dv * e2 + dw * n);
+  return result;
+}
+
+double Crease::above(const dvec3& p) const noexcept {
+  double most = -1e300;
+  dvec3 n;
+  for (int i = 0; i < count; ++i) most = std::max(most, sheet[i].distance(p, n));
+  return most;
+}
+
+bool Crease::onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept {
+  for (int step = 0; step < C::newton_steps; ++step) {
+    const double a = sheet[i].distance(x, n[0]), b = sheet[j].distance(x, n[1]);
+    if (std::max(std::abs(a), std::abs(b)) < C::converged) return true;
+    const double c = glm::dot(n[0], n[1]), det = 1 - c * c;
+    if (det < C::least_angle) return false;
+    x -= ((a - c * b) / det) * n[0] + ((b - c * a) / det) * n[1];
+  }
+  return false;
+}
+
+bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
+  for (int step = 0; step < C::newton_steps; ++step) {
+    dvec3 above;
+    for (int i = 0; i < 3; ++i) above[i] = sheet[i].distance(x, n[i]);
+    if (std::max({std::abs(above.x), std::abs(above.y), std::abs(above.z)}) < C::converged) return true;
+    const glm::dmat3 rows = glm::transpose(glm::dmat3(n[0], n[1], n[2]));
+    if (std::abs(glm::determinant(rows)) < C::least_angle) return false;
+    x -= glm::inverse(rows) * above;
+  }
+  return false;
+}
+
+namespace {
+
+bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside, Crease& crease) noexcept {
+  Place around[C::directions];
+  search_around(patch, x, n, aside, around);
+  Groups groups;
+  if (!group(patch, x, around, groups)) return false;
+  crease.count = 0;
+  for (int k = 0; k < groups.count; ++k)
+    crease.count += choose(patch, x, around, groups, k, crease.sheet[crease.count]);
+  if (crease.count < 2) return false;
+  for (int i = 0; i < crease.count; ++i) {
+    for (int j = 0; j < crease.count; ++j) {
+      dvec3 normal;
+      if (i != j && crease.sheet[j].distance(crease.sheet[i].x, normal) > -C::convex) return false;
+    }
+  }
+  return std::ranges::none_of(
+      around, [&](const Place& place) { return place.landed && crease.above(place.at.x) < -C::missed_below; });
+}
+
+}  // namespace
+
+bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept {
+  return std::ranges::any_of(C::aside, [&](double aside) { return find_sheets(patch, x, n, aside, crease); });
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,39 @@
+// Reconstructs the smooth sheets of the tissue's surface that meet at an edge, a rim or a corner.
+#pragma once
+
+#include "haptics/surface_patch.h"
+
+namespace typodont::haptics {
+
+/// One smooth sheet of the surface: the torus with the same position, normal and principal curvatures. Exact for
+/// planes, balls, cylinders and tori. Lengths in voxels.
+struct Sheet {
+  dvec3 x{0}, n{0};       // point of the sheet, and its outward normal
+  dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
+  double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
+
+  /// Returns the signed distance of p, and its gradient.
+  double distance(const dvec3& p, dvec3& gradient) const noexcept;
+};
+
+/// The sheets of a convex edge, rim or corner. The tissue is the intersection of their insides.
+struct Crease {
+  static constexpr int kMost = 3;
+  int count = 0;
+  Sheet sheet[kMost];
+
+  /// Returns the largest signed distance of p from the sheets, which is positive outside the tissue.
+  double above(const dvec3& p) const noexcept;
+  /// Moves x onto the line where the sheets i and j meet. `n`: receives the normals there. Returns false if they do not
+  /// meet near x.
+  bool onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept;
+  /// Moves x to the corner of three sheets. Returns false if there is none near x.
+  bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
+};
+
+/// Fits the sheets that meet near `x`, a point of the surface at most about two voxels from the crease. Each sheet is
+/// fitted to samples of its own side, because an interpolation across the crease rounds it. `n`: unit vector from x to
+/// the head. Returns false if the surface there is smooth or concave, or if the samples contradict the sheets.
+bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;
+
+}  // namespace typodont::haptics
