@@ -63,9 +63,10 @@ void touch(benchmark::State& state) {
   run(fmt::format("run '{}' --hand 'script:{}' --audio 'wav:{}' --record '{}'", folder / "enamel.json",
                   folder / "touch.csv", folder / "s.wav", folder / "s.h5"));
   const session::SessionReader reader(folder / "s.h5");
-  const auto touched = std::ranges::find_if(reader.ticks(), [](const ServoTick& tick) { return tick.depth > 0; });
-  require(touched != reader.ticks().end(), "the explorer touches the block");
-  if (touched == reader.ticks().end()) return;
+  const std::vector<ServoTick> ticks = reader.ticks();
+  const auto touched = std::ranges::find_if(ticks, [](const ServoTick& tick) { return tick.depth > 0; });
+  require(touched != ticks.end(), "the explorer touches the block");
+  if (touched == ticks.end()) return;
   const audio::Recording recording = audio::read_recording(folder / "s.wav");
   const std::vector<double> samples = recording.mono();
   auto i = static_cast<std::size_t>(to_seconds(touched->t) * recording.rate);

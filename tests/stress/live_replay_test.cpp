@@ -284,7 +284,6 @@ TEST(LiveThreads, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
 }
 
 TEST(Arithmetic, StandardArithmeticRestoresDenormalNumbersInAThread) {
->>>>>>> 5dd37385 (End the stroke before every undo, and ask contact models about a change of tools without changing them)
   flush_denormals();
   volatile double least = std::numeric_limits<double>::min();
   EXPECT_EQ(least / 2, 0);
