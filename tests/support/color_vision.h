@@ -5,8 +5,8 @@
 #include <array>
 #include <glm/glm.hpp>
 
-#include "tests/support/picture_difference.h"
 #include "engine/render/srgb.h"
+#include "tests/support/picture_difference.h"
 
 namespace typodont::test {
 

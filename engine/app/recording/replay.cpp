@@ -11,9 +11,9 @@
 
 #include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
+#include "engine/app/session_recorder.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"

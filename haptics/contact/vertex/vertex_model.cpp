@@ -446,9 +446,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // The slack is the depth by which a head may overlap the mesh. With zero slack, a bur could neither leave nor re-enter
-  // the hole that it has cut, which has exactly its width. A ball that does not cut needs no slack. If a bur overlaps the mesh because the cut could not move some
-  // vertices, these vertices do not push the bur out, but only prevent a deeper overlap (in.cuts below).
+  // The slack is the depth by which a head may overlap the mesh. With zero slack, a bur could neither leave nor
+  // re-enter the hole that it has cut, which has exactly its width. A ball that does not cut needs no slack. If a bur
+  // overlaps the mesh because the cut could not move some vertices, these vertices do not push the bur out, but only
+  // prevent a deeper overlap (in.cuts below).
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double slack = exact ? 0 : P::slack * head().radius();
   // While a cut is in progress or the next list is being made, a cutting head moves only as far as the present list is

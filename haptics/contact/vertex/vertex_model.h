@@ -21,7 +21,8 @@ struct FeelParameters {
   // Length of the virtual motion of the head for which the springs are computed, as a ratio to the head's radius. It is
   // long enough that the virtual motion pushes many vertices, and short enough that no vertex passes the head's centre.
   static constexpr double probe = 0.2;
-  static constexpr double slack = 0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
+  static constexpr double slack =
+      0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
   // Limit of the force across the pull (the direction from the head to the hand), as a ratio to the force along the
   // pull.
   static constexpr double most_aside = 0.25;

@@ -120,7 +120,7 @@ class Errors(unittest.TestCase):
                 self.assertEqual(core.tick(1.001, (0, 0, 2.7))["faults"], 0)
                 core.finish()
             with typodont.Session(file) as session:
-                self.assertEqual(list(session.ticks()["t_ns"]), [10**9] * 4 + [1001 * 10**6])
+                self.assertEqual(list(session.ticks.array["t_ns"]), [10**9] * 4 + [1001 * 10**6])
 
     def test_an_error_whose_text_is_not_utf8_raises_the_right_exception(self):
         with self.assertRaises(typodont.BadInput):
