@@ -28,7 +28,7 @@ double memory(std::string_view key) {
 
 /// Writes a CT of a head: a skull that is open below. Hounsfield units plus 1024, with noise.
 void write_head(const fs::path& file, const glm::ivec3& size) {
-  const dvec3 voxel(230.0 / size.x, 230.0 / size.y, 63.0 / size.z);
+  const dvec3 voxel(230.0 / size.x, 230.0 / size.y, smoke() ? 1.5 : 0.45);
   std::ofstream out(file, std::ios::binary);
   out << fmt::format(
       "NRRD0004\ntype: short\ndimension: 3\nsizes: {} {} {}\nspacings: {} {} {}\nendian: little\nencoding: raw\n\n",

@@ -175,7 +175,7 @@ def performance(rows, origin, docs):
     sound, filtered = get("sound/drill, a sample/working in enamel"), get("sound/filter, a sample/order 300")
     record = get("session/record a tick with its cut/deflate 1")
     undo = get("session/undo a stroke of 16 passes, voxel 0.05 mm/cylinder_012")
-    scan = get("import/CT of a head/512 x 512 x 512")
+    scan = get("import/CT of a head/512 x 512 x 140")
     start = get("latency/command to")
     soft = get("contact/soft gum/a ball presses")
     period = "1 ms"
@@ -224,7 +224,7 @@ def performance(rows, origin, docs):
          f"{time(camera['opencv_ns'])}", "–"],
         ["record a tick with its cut", f"{record['bytes']:.0f} bytes", time(record["time_ns"]), "–", period],
         ["undo a stroke of 16 passes", f"{undo['kept_kB'] / 1e3:.1f} MB kept", time(undo["time_ns"]), "–", "100 ms"],
-        ["import a CT of 512³ voxels", f"{scan['peak_MB']:.0f} MB at most", f"{time(scan['time_ns'])} of processor",
+        ["import a CT of 512 × 512 × 140 voxels", f"{scan['peak_MB']:.0f} MB at most", f"{time(scan['time_ns'])} of processor",
          "–", "–"],
         ["live session, drilling, no picture", "",
          f"{number(get('latency/live session, a tick of all threads/drilling')['core_percent'])} % of a core", "–",
