@@ -246,7 +246,7 @@ TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecordingAndC
       continue;
     }
     ++failed;
-    EXPECT_EQ(ran.status, 1) << megabytes << " MB: " << ran.err;
+    EXPECT_TRUE(ran.status == 1 || ran.status == 2) << megabytes << " MB: " << ran.status << ran.err;
     EXPECT_EQ(read_text(folder / "s.h5"), before) << megabytes << " MB: " << ran.err;
   }
   EXPECT_GT(failed, 0);

@@ -102,6 +102,8 @@ class OffsetModel : public PatchModel {
   dvec3 extrapolate(Search& s, const dvec3& step) noexcept;
   void find_sink_depth(const ContactInput& in) noexcept;
   bool within_overlap_tolerance(const ContactInput& in) const noexcept;
+  /// Returns true if the head neither cuts nor fills.
+  bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
   double debt_fraction(const ContactInput& in) const noexcept;
   double wall_at(const ContactPlane& plane) const noexcept;

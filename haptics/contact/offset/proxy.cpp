@@ -283,7 +283,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
 /// at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
-  finder().find(patch_, X_VT, Q::contact_range, contacts_, !in.cuts && tool().fill == Tissue::kAir);
+  finder().find(patch_, X_VT, Q::contact_range, contacts_, only_touches(in));
   if (contacts_.deepest() > ContactFinder::kSunk || center_inside) {
     finder().find_way_out(patch_, X_VT, contacts_);
   } else if (in.cuts && emptied_ && !in.must_earn) {
@@ -329,7 +329,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
-  for (int round = 0; round < rounds && p.active.count > 0; ++round) {
+  const int least = only_touches(in) ? 0 : 1;  // a single contact of a head that cuts or fills stays as sampled
+  for (int round = 0; round < rounds && contacts_.count() > least && p.active.count > 0; ++round) {
     bool refined = false;
     for (int i = 0; i < p.active.count; ++i) {
       refined |= finder().refine(patch_, {p.c, in.X_WT.R}, contacts_, p.active.index[i], !in.cuts);
