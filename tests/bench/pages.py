@@ -6,6 +6,7 @@
 RESULTS has a file NAME.json of each program (google-benchmark). A page and its rows.csv and plots are written to DOCS.
 All rows of a page must come from one machine and one commit. Without RESULTS ("-"), the rows.csv in DOCS is used again.
 """
+import collections
 import csv
 import json
 import math
@@ -14,6 +15,7 @@ import sys
 import textwrap
 
 import matplotlib
+import matplotlib.ticker
 
 matplotlib.use("svg")
 matplotlib.rcParams.update({"svg.hashsalt": "typodont", "font.size": 9, "axes.spines.top": False,
@@ -48,15 +50,19 @@ def results(folder, program):
 
 
 def collect(folder, programs, prefix):
-    rows, origins, load = {}, set(), 0
+    rows, origins, load, left_out = {}, set(), 0, []
     for program in programs:
+        if not (folder / f"{program}.json").exists():
+            left_out.append(program)
+            continue
         some, origin, busy = results(folder, program)
         rows.update({f"{program}/{case}" if prefix else case: row for case, row in some.items()})
         origins.add(origin)
         load = max(load, busy)
     if len(origins) > 1:
         sys.exit("the rows come from several machines, days or commits; measure again:\n" + "\n".join(sorted(origins)))
-    return rows, f"{origins.pop()}; load average up to {load:.1f}"
+    said = f"; not measured in this run: {', '.join(left_out)}" if left_out else ""
+    return rows, f"{origins.pop()}; load average up to {load:.1f}{said}"
 
 
 def write_rows(file, rows, origin):
@@ -95,6 +101,8 @@ def number(value, digits=2):
 
 
 def time(ns):
+    if not math.isfinite(ns):
+        return "–"
     for unit, size in (("s", 1e9), ("ms", 1e6), ("µs", 1e3)):
         if ns >= 0.9995 * size:
             return f"{number(ns / size, 3 if ns / size >= 100 else 2)} {unit}"
@@ -128,6 +136,9 @@ def plot(file, title, x_label, y_label, series, labels=False):
             axes.annotate(label, (x, y), textcoords="offset points", xytext=(5, 4), fontsize=7, color=COLORS[i % 8])
     axes.set_xscale("log")
     axes.set_yscale("log")
+    ticks = matplotlib.ticker.FuncFormatter(lambda v, _: time(v) if x_label.startswith("time") else f"{v:g}")
+    axes.xaxis.set(major_locator=matplotlib.ticker.LogLocator(subs=(1, 2, 5)), major_formatter=ticks,
+                   minor_formatter=matplotlib.ticker.NullFormatter())
     axes.set(title=title, xlabel=x_label, ylabel=y_label)
     axes.grid(True, which="major", color="#dddddd", lw=0.5)
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
@@ -149,7 +160,10 @@ def best(series):
 # The page `performance`.
 
 def performance(rows, origin, docs):
-    get = rows.__getitem__
+    missing = collections.defaultdict(lambda: math.nan)  # a case that this run did not measure
+
+    def get(case):
+        return rows.get(case, missing)
 
     def ours(case):
         return times(get(case)) if "slow_ns" in get(case) else time(get(case)["time_ns"])
@@ -157,16 +171,16 @@ def performance(rows, origin, docs):
     def voxel(case):
         return get(f"contact/{case}/voxel 0.1 mm")
 
-    slide, penalty, mesh = voxel("slide/offset"), voxel("slide/voxel_penalty"), get(
-        "contact/slide/proxy on the offset mesh/edge 0.12 mm")
+    slide, penalty, field = voxel("slide/offset"), voxel("slide/voxel_penalty"), voxel("slide/penalty with OpenVDB")
+    mesh = get("contact/slide/proxy on the offset mesh/edge 0.12 mm")
     drill = "contact/drill/round 1.2 mm/voxel 0.05 mm"
     sweep, csg = get("contact/removal/sweep/voxel 0.05 mm"), get(
         "contact/removal/csgDifference of OpenVDB/voxel 0.05 mm")
     motions = {case: row for case, row in rows.items() if case.startswith("motions/")}
-    slowest = max(motions, key=lambda case: motions[case]["slow_ns"])
+    slowest = max(motions, key=lambda case: motions[case]["slow_ns"], default="motions/–/–")
     stalls = [row for case, row in rows.items() if case.startswith("stability/carver stalls/")]
     wall = get("stability/wall/delay of 0 ticks, jitter of 0 %/1000 Hz")
-    push = next(row for case, row in rows.items() if case.startswith("push/"))
+    push = next((row for case, row in rows.items() if case.startswith("push/")), missing)
     whole = get("surface/molar/whole by volumeToMesh")
     frame = get("surface/molar/drilling frame/full resolution")
     ball = get("surface/ball at equal error")
@@ -181,8 +195,10 @@ def performance(rows, origin, docs):
     period = "1 ms"
     lines = [
         ["slide on a ball, voxels of 0.1 mm", f"{number(slide['direction_max_deg'])}°", times(slide),
-         f"proxy on an offset mesh (as in CHAI3D): {number(mesh['direction_max_deg'])}°, {time(mesh['time_ns'])}; "
-         f"voxel penalty: {number(penalty['direction_max_deg'])}°, {time(penalty['time_ns'])}", period],
+         f"penalty by OpenVDB's field, which has no walls: {number(field['direction_max_deg'])}°, "
+         f"{time(field['time_ns'])}; proxy on an offset mesh, as in CHAI3D: {number(mesh['direction_max_deg'])}°, "
+         f"{time(mesh['time_ns'])}; voxel penalty: {number(penalty['direction_max_deg'])}°, "
+         f"{time(penalty['time_ns'])}", period],
         ["a trainee drills dentin, round bur of 1.2 mm, voxels of 0.05 mm",
          f"{number(get(drill)['energy_error_rel'])} (volume against the motor's work)", ours(drill), "–", period],
         ["the same with servo, carver and copies of the tissue", "", f"{time(get(drill)['process_ns'])} (mean)", "–",
@@ -193,15 +209,15 @@ def performance(rows, origin, docs):
          time(sweep["time_ns"]),
          f"OpenVDB csgDifference: {number(csg['volume_error_percent'])} %, {time(csg['time_ns'])}", "–"],
         [f"slowest tick of all tools and motions ({slowest.split('/')[2]}, {slowest.split('/')[1]})", "",
-         times(motions[slowest]), "–", "0.5 ms"],
+         ours(slowest), "–", "0.5 ms"],
         ["press soft gum", "", times(soft), "–", period],
         ["stiffest stable wall at 1 kHz", f"{number(100 * abs(wall['servo_N_per_m'] / wall['theory_N_per_m'] - 1))} %",
          f"{number(wall['servo_N_per_m'] / 1e3, 3)} N/mm", f"theory: {number(wall['theory_N_per_m'] / 1e3, 3)} N/mm",
          "–"],
-        ["2,000 hands that push turning tools", f"{push['hands_beyond_motion']:.0f} feel a step beyond their motion",
+        ["2,000 hands that push turning tools", f"{number(push['hands_beyond_motion'])} feel a step beyond their motion",
          f"largest step {number(push['largest_step_N'])} N", "–", "0 hands"],
-        ["carver stalls of 0.05 to 5 s", f"steps up to {number(max(r['step_beyond_calm_N'] for r in stalls))} N",
-         f"energy up to {number(max(r['energy_beyond_calm_mJ'] for r in stalls))} mJ", "–", "0.25 N"],
+        ["carver stalls of 0.05 to 5 s", f"steps up to {number(max((r['step_beyond_calm_N'] for r in stalls), default=math.nan))} N",
+         f"energy up to {number(max((r['energy_beyond_calm_mJ'] for r in stalls), default=math.nan))} mJ", "–", "0.25 N"],
         ["sample of an arm to its force, in contact, 1 kHz", "", ours("device/sample to force, contact/1 kHz"), "–",
          period],
         ["hand to picture of 1280 × 720, drawn by the processor, `fast`; `high`", "",
@@ -222,9 +238,9 @@ def performance(rows, origin, docs):
         ["camera and panel from 12 pictures", f"{number(camera['focal_error_pixels'])} pixels",
          time(camera["time_ns"]), f"OpenCV: {number(camera['opencv_focal_error_pixels'])} pixels, "
          f"{time(camera['opencv_ns'])}", "–"],
-        ["record a tick with its cut", f"{record['bytes']:.0f} bytes", time(record["time_ns"]), "–", period],
-        ["undo a stroke of 16 passes", f"{undo['kept_kB'] / 1e3:.1f} MB kept", time(undo["time_ns"]), "–", "100 ms"],
-        ["import a CT of 512 × 512 × 140 voxels", f"{scan['peak_MB']:.0f} MB at most", f"{time(scan['time_ns'])} of processor",
+        ["record a tick with its cut", f"{number(record['bytes'], 3)} bytes", time(record["time_ns"]), "–", period],
+        ["undo a stroke of 16 passes", f"{number(undo['kept_kB'] / 1e3)} MB kept", time(undo["time_ns"]), "–", "100 ms"],
+        ["import a CT of 512 × 512 × 140 voxels", f"{number(scan['peak_MB'], 3)} MB at most", f"{time(scan['time_ns'])} of processor",
          "–", "–"],
         ["live session, drilling, no picture", "",
          f"{number(get('latency/live session, a tick of all threads/drilling')['core_percent'])} % of a core", "–",
@@ -241,11 +257,14 @@ def performance(rows, origin, docs):
     page += paragraph("""Two times such as "6.2 µs / 21 µs" are the median and the 99.9 % quantile of the CPU time of
         one thread. The limit is the time until the result is needed. A trainee's hand is a simulated hand of 0.15 kg
         that presses with 1 N, swings the bur by ±1.5 mm at 1 Hz, tilts it by 10° and trembles.""") + "\n\n"
-    page += table(["work", "our error", "our time", "best other method", "limit"], lines) + "\n## Plots\n\n"
+    page += table(["work", "our error", "our time", "best other method", "limit"], [line for line in lines if "–" not in line[2]])
+    page += "\n## Plots\n\n"
     page += paragraph("In each plot, a point is one setting, and lower left is better: less error in less time.") + "\n"
     for name, title, x_label, y_label, series in performance_plots(rows):
+        if not all(series.values()):
+            continue  # not measured in this run
         plot(docs / f"performance/{name}.svg", title, x_label, y_label, series, labels=True)
-        page += f"\n![{title}. {y_label}, and time, at the least error: {best(series)}](performance/{name}.svg)\n"
+        page += f"\n![{title}. The least {y_label} of each method, and its time: {best(series)}.](performance/{name}.svg)\n"
     return page
 
 
@@ -259,21 +278,21 @@ def performance_plots(rows):
               for name in ("offset", "voxel_penalty", "penalty with OpenVDB")}
     slides["proxy on the offset mesh"] = points(
         {f"{e} mm": f"contact/slide/proxy on the offset mesh/edge {e} mm" for e in (0.25, 0.12)}, "direction_max_deg")
-    yield ("slide", "Slide on a ball: the direction of the force", "time of a tick, ns", "largest error, degrees",
+    yield ("slide", "Slide on a ball: the direction of the force", "time of a tick", "error in degrees",
            slides)
-    yield ("removal", "Remove a stroke: the volume", "time of a cut, ns", "error, % of the volume", {
+    yield ("removal", "Remove a stroke: the volume", "time of a cut", "error in % of the volume", {
         name: points({label: f"contact/removal/{name}/{v}" for label, v in voxels.items()}, "volume_error_percent")
         for name in ("sweep", "csgDifference of OpenVDB", "voxels cleared")})
-    yield ("register", "Registration: error at the corners of 80 mm", "time of a solution, ns", "error, mm", {
+    yield ("register", "Registration: error at the corners of 80 mm", "time of a solution", "error in mm", {
         name: points({str(n): f"calibration/register/{name}/{n} touches" for n in (4, 16, 64, 1000)}, "error_mm")
         for name in ("typodont", "Eigen", "OpenCV")})
     frame = "picture/stereo frame of 1280x1024 an eye/"
-    yield ("picture", "Picture: difference from the best level at twice the size", "processor time of a stereo frame, ns",
-           "difference, rms of 255", {"quality levels": points(
+    yield ("picture", "Picture: difference from the best level at twice the size", "time of a stereo frame, all threads",
+           "difference (rms, of 255)", {"quality levels": points(
                {case.removeprefix(frame): case for case in rows if case.startswith(frame)}, "difference_rms_of_255")})
     orders = {str(n): f"sound/filter, a sample/order {n}" for n in (4, 16, 50, 100, 200, 300, 400, 600)}
-    yield ("sound", "Sound of a drill: the spectrum against the recording", "time of a sample, ns",
-           "log-spectral distance, dB", {
+    yield ("sound", "Sound of a drill: the spectrum against the recording", "time of a sample",
+           "log-spectral distance in dB", {
                "block filter": points(orders, "spectrum_error_dB"),
                "simple loop": points(orders, "spectrum_error_dB", lambda row: row["simple_loop_ns"])})
 
@@ -344,7 +363,7 @@ def models(rows, origin, docs):
     series["CHAI3D"] = [(row["time_ns"], row["direction_rms_deg"], case.split("/")[3]) for case, row in peers.items()
                         if case.startswith("slide/groove/CHAI3D finger proxy/")]
     title = "Slide across a groove of 60°: direction error against time"
-    plot(docs / "models/direction.svg", title, "time of a tick, ns", "error, degrees rms", series)
+    plot(docs / "models/direction.svg", title, "time of a tick", "error, degrees rms", series)
     page = "# Contact models compared\n\n" + paragraph(
         """Which model for which task: the best has the least error, time or memory among the models whose slow ticks
         (99.9 %) take less than 500 µs. A value is the geometric mean over the tissues of the task, with the finest
