@@ -26,7 +26,7 @@ static typodont_core* shared;
 static atomic_int refused, done, going = 1;
 
 static void* use_at_once(void* unused) {
-  typodont_sample sample = {.struct_size = sizeof sample, .X_WT = {{0, 0, 3e-3}, {1, 0, 0, 0}}};
+  typodont_sample sample = {.struct_size = sizeof sample, .t_ns = 20000000, .X_WT = {{0, 0, 3e-3}, {1, 0, 0, 0}}};
   typodont_tick tick = {.struct_size = sizeof tick};
   while (going) {
     const typodont_result result = typodont_core_tick(shared, &sample, &tick, NULL);
