@@ -303,6 +303,8 @@ std::optional<std::string> plain_text(const std::filesystem::path& file, const s
 Soup read_with_assimp(const std::filesystem::path& file) {
   const std::string extension = lower_case(file.extension().string());
   if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(file, extension == ".glb");
+  // This also finds damage in the archive, on which assimp would abort.
+  const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
   Assimp::Importer importer;
   importer.SetIOHandler(new NamedFiles);  // the importer deletes it
   constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType;
@@ -313,7 +315,6 @@ Soup read_with_assimp(const std::filesystem::path& file) {
     const std::string why = importer.GetErrorString();
     throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ, glTF or 3MF file");
   }
-  const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& part = *scene->mMeshes[m];

@@ -412,8 +412,9 @@ TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
     DebrisView view(materials, volume);
     Cut cut;
     cut.X_WA.p = cut.X_WB.p = kMiddle + dvec3(0, 0, 5e-3);
-    cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.05e-9;
-    view.add(cut, load_tool("round_012"));
+    constexpr int kCuts = 8;  // whose chips are made together
+    cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.05e-9 / kCuts;
+    for (int i = 0; i < kCuts; ++i) view.add(cut, load_tool("round_012"));
     if (sucked) view.suck(debris::Suction{.p_W = kMiddle + dvec3(0, 3e-3, 6e-3)});
     for (int i = 0; i < 30; ++i) view.step(0.01);
     double seen = 0;

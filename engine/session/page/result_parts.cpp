@@ -263,15 +263,14 @@ void Page::items() {
       "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{}</caption>\n<thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
-      "<th scope=\"col\" class=\"text\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
+      "<th scope=\"col\" class=\"text\">{}<br>{}</th></tr></thead>\n<tbody>\n",
       say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
       say("source"), say("guarantee"));
   const auto guarantee = [&](const ScoreItem& item) {
-    put("<td class=\"text source\">{}</td></tr>\n",
-        say(item.basis == Basis::kHand                                       ? "guarantee.hand"
-            : options_.verification.state != Verification::State::kIdentical ? "guarantee.none"
-            : item.basis == Basis::kTicks                                    ? "guarantee.ticks"
-                                                                             : "guarantee.replay"));
+    put("{}</td></tr>\n", say(item.basis == Basis::kHand                                       ? "guarantee.hand"
+                              : options_.verification.state != Verification::State::kIdentical ? "guarantee.none"
+                              : item.basis == Basis::kTicks                                    ? "guarantee.ticks"
+                                                                                               : "guarantee.replay"));
   };
   // By weight.
   std::vector<const ScoreItem*> order;
@@ -288,17 +287,16 @@ void Page::items() {
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
       // Key of the source of a default rule: its English text.
-      put("</td><td class=\"text source\">{}</td>", escaped(text(item->source, language)));
+      put("</td><td class=\"text source\">{}<br>", escaped(text(item->source, language)));
     } else {
-      put("<td></td><td></td><td>{}</td><td></td>", say("not_counted"));
+      put("<td></td><td></td><td>{}</td><td class=\"text source\">", say("not_counted"));
     }
     guarantee(*item);
   }
   put("</tbody>\n");
   if (score_.counts()) {
     const auto foot_row = [&](const char* key, const std::string& value) {
-      put("<tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{}</td><td></td><td></td></tr>", say(key),
-          value);
+      put("<tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{}</td><td></td></tr>", say(key), value);
     };
     put("<tfoot>");
     foot_row("points_sum", fmt::format("{} / {}", number(sum, 1), number(score_.full, 0)));
