@@ -2,7 +2,6 @@
 // carver and recorder are those of the program. The test calls them in random order on a simulated clock, with delays
 // in the middle of the carver's turns, undo and redo, changes of tool, faults of the hand, and an end at any moment.
 // ./run stress makes it long.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -12,7 +11,6 @@
 #include <limits>
 #include <random>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include "engine/app/live/session.h"
@@ -115,20 +113,12 @@ class RandomHand : public haptics::HapticDevice {
   Nanos t_ = 0;
 };
 
-/// Returns a scene for a contact model, with tools that it accepts.
-std::string scene_for(std::string_view model) {
-  std::string tools = R"("round_016", "round_end_cylinder_012", "explorer", "excavator_spoon", "inverted_cone_012")";
-  if (model == "offset") tools += R"(, "condenser_amalgam")";
-  if (model == "implant") tools = R"("implant_drill_022", "implant_drill_028", "gauge_22", "implant_round_023")";
-  const std::string_view bone = model == "implant" ? "cancellous_bone" : "dentin";
-  const std::string_view method = model == "packing" ? R"({"packing": {"spheres": 3000}})" : "";
-  return fmt::format(R"({{"name": "random", "model": {}, "tissue": {{"voxel_mm": 0.2, "solids": [
-  {{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 6, 5]}}}}}},
-  {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [0, 0, 2], "size_mm": [6, 6, 1]}}}}}},
-  {{"tissue": "caries", "solid": {{"sphere": {{"center_mm": [0.8, 0, 1.4], "radius_mm": 0.9}}}}}}]}},
-  "tools": [{}], "spindle": "electric_1_5", "parts": ["haptics"]}})",
-                     method.empty() ? fmt::format("\"{}\"", model) : method, bone, tools);
-}
+constexpr const char* kScene = R"({"name": "random", "tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 5]}}},
+  {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 2], "size_mm": [6, 6, 1]}}},
+  {"tissue": "caries", "solid": {"sphere": {"center_mm": [0.8, 0, 1.4], "radius_mm": 0.9}}}]},
+  "tools": ["round_016", "round_end_cylinder_012", "explorer", "condenser_amalgam", "excavator_spoon", "inverted_cone_012"],
+  "spindle": "electric_1_5", "parts": ["haptics"]})";
 
 struct Counts {
   std::uint64_t ticks = 0, cuts = 0, edits = 0, patches = 0, passed_over = 0, tools = 0;
@@ -202,15 +192,13 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   recorder.finish(s.carver.volume());
 }
 
-class LiveReplay : public testing::TestWithParam<const char*> {};
-
-TEST_P(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
+TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
-  std::ofstream(scene_file) << scene_for(GetParam());
+  std::ofstream(scene_file) << kScene;
   const Scene scene = read_scene(scene_file);
   Counts counts;
-  for (int k = 0; k < test::campaign(8); ++k) {
+  for (int k = 0; k < test::campaign(25); ++k) {
     run_session(scene, static_cast<std::uint64_t>(k) + 1, file, counts);
     const session::SessionReader session(file);
     counts.edits += edits_of(session).size();
@@ -221,15 +209,12 @@ TEST_P(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
                                     << session.tick_count();
   }
   // What may go wrong did happen.
-  EXPECT_GT(counts.cuts, counts.ticks / 200);
+  EXPECT_GT(counts.cuts, counts.ticks / 20);
   EXPECT_GT(counts.edits, 20u);
-  EXPECT_GT(counts.patches, 50u);
-  EXPECT_GT(counts.passed_over, 2u);  // snapshots that no servo took up
+  EXPECT_GT(counts.patches, 200u);
+  EXPECT_GT(counts.passed_over, 5u);  // snapshots that no servo took up
   EXPECT_GT(counts.tools, 5u);
 }
-INSTANTIATE_TEST_SUITE_P(Models, LiveReplay,
-                         testing::Values("offset", "voxel_penalty", "packing", "mesh_lod", "vertex", "implant"),
-                         [](const auto& each) { return std::string(each.param); });
 
 /// A random hand in real time, which leaves after some ticks.
 class PacedHand : public RandomHand {
@@ -245,10 +230,10 @@ class PacedHand : public RandomHand {
   int ticks_ = 0;
 };
 
-TEST(LiveThreads, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
+TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
-  std::ofstream(scene_file) << scene_for("offset");
+  std::ofstream(scene_file) << kScene;
   const Scene scene = read_scene(scene_file);
   PacedHand hand(3, static_cast<int>(haptics::tool_set(scene.servo).size()));
   LiveSession s(scene, load_tissue(scene));
@@ -283,7 +268,7 @@ TEST(LiveThreads, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   EXPECT_EQ(replayed.ticks, s.last.index + 1);
 }
 
-TEST(Arithmetic, StandardArithmeticRestoresDenormalNumbersInAThread) {
+TEST(LiveReplay, StandardArithmeticRestoresDenormalNumbersInAThread) {
   flush_denormals();
   volatile double least = std::numeric_limits<double>::min();
   EXPECT_EQ(least / 2, 0);
