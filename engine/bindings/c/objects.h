@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/app/offline.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/scene.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/sides.h"
 #include "engine/bindings/c/call.h"
 #include "engine/surface/surface_mesher.h"

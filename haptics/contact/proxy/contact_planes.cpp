@@ -301,7 +301,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     dvec3 m;
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) {
-      if (!fine || last_slide == dvec3(0)) break;
+      if (!set.creases_ || last_slide == dvec3(0)) break;
       // On a surface that is much more curved than the head, the step was too long.
       gain *= R::shortened;
       x = best.x + gain * last_slide;
@@ -313,7 +313,10 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     if (fine) {
       const double before2 = glm::dot(last_slide, last_slide);
       const double fraction = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
-      if (fraction != 0 && fraction < R::still_converges) gain = std::min(gain / (1 - fraction), R::most_gain);
+      if (fraction != 0 && fraction < R::still_converges && (set.creases_ || fraction > -R::still_converges))
+        gain = std::min(gain / (1 - fraction), R::most_gain);
+      else if (!set.creases_)
+        gain = 1;
       last_slide = slide;
     }
     x += gain * slide;

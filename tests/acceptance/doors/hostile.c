@@ -202,7 +202,7 @@ int main(void) {
   EXPECT(TYPODONT_OK, typodont_core_new(scene, NULL, NULL, &core));
   EXPECT(TYPODONT_OK, typodont_core_record(core, "lost.h5", NULL));
   EXPECT(TYPODONT_OK, typodont_core_servo(core, numbers, &servo));
-  for (int i = 0; i < 40000; ++i) {
+  for (int i = 0; i < 80000; ++i) {
     sample.t_ns = i * 1000000LL;
     EXPECT(TYPODONT_OK, typodont_servo_tick(servo, &sample, &tick, NULL));
   }
