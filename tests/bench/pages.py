@@ -250,8 +250,8 @@ def performance(rows, origin, docs):
     page = "# Performance\n\n" + paragraph(
         f"""This page states what a tick, a picture, a sound sample and a solution cost, how large their error is, and
         what the best other method costs in the same run. `./run bench` measures everything and writes this page; all
-        rows come from one run. Machine and commit: {origin}. A machine with a load average above 1 was shared with
-        other work, which makes the 99.9 % quantiles larger. [rows.csv](performance/rows.csv) contains all rows.
+        rows come from one machine and commit. Machine and commit: {origin}. A machine with a load average above 1
+        was shared with other work, which makes the 99.9 % quantiles larger. [rows.csv](performance/rows.csv) contains all rows.
         [Contact models compared](models.md) and [what each contact model survives](stress.md) are pages of their
         own.""") + "\n\n"
     page += paragraph("""Two times such as "6.2 µs / 21 µs" are the median and the 99.9 % quantile of the CPU time of
