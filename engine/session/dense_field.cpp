@@ -17,6 +17,8 @@ namespace {
 constexpr float kRefineLimit = 20;
 // voxels, within which distances stay; more than a voxel's diagonal (1.73), so all corners at the surface do
 constexpr float kUnchangedBand = 1.8f;
+// voxels, by which the nearest seed's point may lie farther than the surface
+constexpr float kSeedGap = 0.4f;
 
 /// Per voxel: nearest seed's point (voxels) and number, and a squared distance that a nearer seed must fall below.
 /// Separate arrays, so that several voxels are computed at once.
@@ -232,9 +234,26 @@ double TrueDistances::sample(const glm::dvec3& p) const {
   return interpolated(field_, p, [this](std::size_t at) { return (*this)[at]; });
 }
 
+bool TrueDistances::is_beside_surface(std::size_t at) const {
+  const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
+  const glm::ivec3 p(at / nyz, at % nyz / nz, at % nz);
+  const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(0)), hi = glm::min(p + 1, field_.size - 1);
+  for (int x = lo.x; x <= hi.x; ++x) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int z = lo.z; z <= hi.z; ++z) {
+        if ((field_.distance[field_.at(x, y, z)] < 0) != (field_.distance[at] < 0)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 float TrueDistances::computed(std::size_t at) const {
   const float given = field_.distance[at];
-  if (std::abs(given) <= kUnchangedBand || nearest_[at] == NearestSeeds::kNone) return given;
+  if (nearest_[at] == NearestSeeds::kNone) return given;
+  // Near a solid that removes what is air, a composed field is small without a surface.
+  const bool in_band = std::abs(given) <= kUnchangedBand;
+  if (in_band && (reach_[at] <= std::abs(given) + kSeedGap || is_beside_surface(at))) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
   // Along the surface to the voxel's own closest point. Many voxels share a seed, so its normal is computed once.
   const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
@@ -257,7 +276,7 @@ float TrueDistances::computed(std::size_t at) const {
     reach = now;
     c = moved;
   }
-  return std::copysign(std::max(static_cast<float>(reach), kUnchangedBand), given);
+  return std::copysign(std::max(static_cast<float>(reach), in_band ? std::abs(given) : kUnchangedBand), given);
 }
 
 DenseField redistanced(const DenseField& field) {

@@ -31,8 +31,8 @@ struct DenseField {
 double fraction_inside(double distance);
 
 /// From a field that is right only near its surface, as after cuts. Closest points pass from voxel to voxel (Danielsson
-/// 1980, "Euclidean distance mapping"; here they may lie between voxels). Within 1.8 voxels nothing changes; without a
-/// surface nothing at all. Computed on first reading. One thread at a time.
+/// 1980, "Euclidean distance mapping"; here they may lie between voxels). Within 1.8 voxels of the surface nothing
+/// changes; without a surface nothing at all. Computed on first reading. One thread at a time.
 class TrueDistances {
  public:
   TrueDistances() = default;  // of an empty box
@@ -50,6 +50,8 @@ class TrueDistances {
     std::optional<glm::dvec3> normal;  // empty: gradient too small
   };
   float computed(std::size_t at) const;
+  /// One of the 26 neighbours is on the other side.
+  bool is_beside_surface(std::size_t at) const;
 
   DenseField field_;
   mutable std::vector<Seed> seeds_;

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string_view>
+#include <vector>
 
 #include "engine/base/units.h"
+#include "engine/session/dense_field.h"
 #include "engine/session/score.h"
 #include "tests/support/cavity_fixture.h"
 #include "tests/support/session_fixture.h"
@@ -55,6 +58,86 @@ struct Judged {
     return score(input, rules);
   }
 };
+
+/// Distances (voxels) to a random block with solids taken away and put back, composed by minimum and maximum.
+class Composition {
+ public:
+  explicit Composition(std::mt19937& random) {
+    const auto in = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+    for (int k = 0; k < 5; ++k) {
+      parts_.push_back({static_cast<int>(random() % 3), {in(8, 24), in(8, 24), in(8, 24)}, in(2, 7), in(2, 7)});
+    }
+  }
+  float operator()(const glm::dvec3& p) const {
+    const glm::dvec3 q = glm::abs(p - 16.0) - glm::dvec3(11, 10, 8);
+    double d = glm::length(glm::max(q, 0.0)) + std::min(0.0, std::max({q.x, q.y, q.z}));
+    for (std::size_t k = 0; k < parts_.size(); ++k)
+      d = k + 1 < parts_.size() ? std::max(d, -distance(parts_[k], p)) : std::min(d, distance(parts_[k], p));
+    return static_cast<float>(d);
+  }
+
+ private:
+  struct Part {
+    int kind;
+    glm::dvec3 center;
+    double radius, half;
+  };
+  static double distance(const Part& part, const glm::dvec3& p) {
+    const glm::dvec3 r = p - part.center;
+    if (part.kind == 0) return glm::length(r) - part.radius;
+    const glm::dvec3 q = part.kind == 1 ? glm::dvec3(std::hypot(r.x, r.y) - part.radius, std::abs(r.z) - part.half, -99)
+                                        : glm::abs(r) - glm::dvec3(part.radius, part.half, part.radius);
+    return glm::length(glm::max(q, 0.0)) + std::min(0.0, std::max({q.x, q.y, q.z}));
+  }
+  std::vector<Part> parts_;
+};
+
+TEST(TrueDistances, AreThoseToTheSurfaceHoweverItsSolidsAreComposed) {
+  std::mt19937 random(64);
+  std::vector<double> errors;  // voxels
+  double largest_mend = 0;
+  for (int round = 0; round < 12; ++round) {
+    const Composition solid(random);
+    session::DenseField field;
+    field.size = glm::ivec3(33);
+    for (int x = 0; x < 33; ++x)
+      for (int y = 0; y < 33; ++y)
+        for (int z = 0; z < 33; ++z) field.distance.push_back(solid({x, y, z}));
+    // Its surface, by points a quarter of a voxel apart in the cells that it crosses.
+    std::vector<glm::dvec3> surface;
+    for (int cell = 0; cell < 32 * 32 * 32; ++cell) {
+      const glm::ivec3 lo(cell / 1024, cell / 32 % 32, cell % 32);
+      int inside = 0;
+      for (int corner = 0; corner < 8; ++corner)
+        inside += field.distance[field.at(lo.x + (corner & 1), lo.y + (corner >> 1 & 1), lo.z + (corner >> 2))] < 0;
+      if (inside == 0 || inside == 8) continue;
+      for (int part = 0; part < 64; ++part) {
+        const glm::dvec3 p = glm::dvec3(lo) + 0.25 * glm::dvec3(part / 16, part / 4 % 4, part % 4);
+        for (int axis = 0; axis < 3; ++axis) {
+          glm::dvec3 q = p;
+          q[axis] += 0.25;
+          const double d = field.sample(p), e = field.sample(q);
+          if ((d < 0) != (e < 0)) surface.push_back(p + (q - p) * (d / (d - e)));
+        }
+      }
+    }
+    const session::TrueDistances distances(field);
+    for (int k = 0; k < 400; ++k) {
+      const glm::ivec3 p(random() % 33, random() % 33, random() % 33);
+      const std::size_t at = field.at(p.x, p.y, p.z);
+      double nearest = 1e9;
+      for (const glm::dvec3& s : surface) nearest = std::min(nearest, glm::distance(s, glm::dvec3(p)));
+      const auto given = static_cast<double>(field.distance[at]), told = static_cast<double>(distances[at]);
+      EXPECT_EQ(told < 0, given < 0);
+      errors.push_back(std::abs(std::abs(told) - nearest));
+      if (std::abs(given) < 1.8) largest_mend = std::max(largest_mend, nearest - std::abs(given));
+    }
+  }
+  std::ranges::sort(errors);
+  EXPECT_LT(errors[errors.size() * 99 / 100], 0.5);
+  EXPECT_LT(errors.back(), 1.2) << "at a corner, which samples cut off";
+  EXPECT_GT(largest_mend, 3) << "a field that was right needs no mending";
+}
 
 TEST(CavityLaws, TheIdealScoresFullWhateverItsShape) {
   Random random(11);
