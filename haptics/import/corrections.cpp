@@ -9,7 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/import/grid.h"
 #include "haptics/import/import.h"
 #include "haptics/import/import_scan.h"

@@ -13,7 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/scan.h"
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,8 @@ struct ImportOptions {
   glm::dmat3 turn{1};                // quarter_turns() of the result
   // empty: usual hardness everywhere
   std::optional<HardnessGreys> hardness;
+  // Tissues of a label map's values, before those that the file names; not empty: the scan is a label map.
+  std::map<int, Tissue> labels;
   double band = 1.5e-3;  // m, exact distances on both sides
   // empty: everything; grey values always come from the whole scan
   std::optional<ImportRegion> region;

@@ -11,7 +11,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/import/import_labels.h"
 #include "haptics/import/jaw.h"
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
@@ -256,6 +257,9 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
   Scan scan = read_scan({file, options.series, options.memory}, options.spacing, options.nan_grey, limits);
+  if (is_label_map(scan, options))
+    return import_labels(file, options.region ? cropped(scan, *options.region) : scan, options);
+  if (!options.surface_grey) refuse_labels(file, scan);
   if (!options.region) return import_read_scan(file, std::move(scan), nullptr, options);
   const ScanGreys greys = find_greys(file, scan, options);
   scan = cropped(scan, *options.region);

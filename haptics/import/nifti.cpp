@@ -6,7 +6,9 @@
 #include <memory>
 
 #include "engine/base/error.h"
+#include "engine/contract/tissue.h"
 #include "haptics/import/scan.h"
+#include "haptics/import/volume_export.h"
 
 namespace typodont::haptics::importing {
 
@@ -97,6 +99,13 @@ static RawScan read_nifti(const ScanRequest& request) {
   scan.grey = decode(raw, count, *element, bytes_of(*element) > 1 && image->byteorder != nifti_short_order());
   if (image->scl_slope != 0 && std::isfinite(image->scl_slope) && std::isfinite(image->scl_inter)) {
     for (float& g : scan.grey) g = static_cast<float>(image->scl_slope * static_cast<double>(g) + image->scl_inter);
+  }
+
+  if (image->intent_code == NIFTI_INTENT_LABEL) {
+    scan.labels.emplace();
+    if (std::string_view(image->intent_name) == kTissueLabels) {
+      for (int t = 1; t < kTissueCount; ++t) (*scan.labels)[t] = name_of(static_cast<Tissue>(t));
+    }
   }
 
   double unit = 1;

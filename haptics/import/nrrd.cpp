@@ -2,11 +2,15 @@
 #include <teem/nrrd.h>
 
 #include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
+#include <map>
 #include <memory>
 
 #include "engine/base/error.h"
+#include "engine/contract/tissue.h"
 #include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
@@ -111,6 +115,35 @@ static std::string last_cause(std::string* all = nullptr) {
   throw Error(file.string(), field.empty() ? "NRRD" : place_of(file, field), cause, expected_in(field));
 }
 
+// Names by value: "2:=dentin", or "Segment0_Name:=Dentin" with "Segment0_LabelValue:=2" (3D Slicer).
+static std::optional<std::map<int, std::string>> labels_of(const std::filesystem::path& file, const Nrrd& nrrd) {
+  constexpr std::string_view kName = "_Name", kLabel = "_LabelValue", kLayer = "_Layer", kSegment = "Segment";
+  const auto number = [](std::string_view text) {
+    int value = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() ? value : -1;
+  };
+  std::map<int, std::string> labels;
+  std::map<std::string, std::pair<int, std::string>> segments;
+  for (unsigned i = 0; i < nrrdKeyValueSize(&nrrd); ++i) {
+    char *raw_key = nullptr, *raw_value = nullptr;
+    nrrdKeyValueIndex(&nrrd, &raw_key, &raw_value, i);
+    const std::unique_ptr<char, decltype(&std::free)> own_key(raw_key, &std::free), own_value(raw_value, &std::free);
+    const std::string key = raw_key ? raw_key : "", value = raw_value ? raw_value : "";
+    if (const int label = number(key); label > 0 && tissue_named(value)) labels[label] = value;
+    if (!key.starts_with(kSegment)) continue;
+    const std::string segment = key.substr(0, key.find('_'));
+    if (key.ends_with(kLabel)) segments[segment].first = number(value);
+    if (key.ends_with(kName)) segments[segment].second = value;
+    if (key.ends_with(kLayer) && value != "0")
+      throw Error(file.string(), key, value, "segments in one layer: where several overlap, a voxel has no one tissue");
+  }
+  for (const auto& [segment, named] : segments) {
+    if (const auto& [label, name] = named; label > 0) labels[label] = name;
+  }
+  return labels.empty() ? std::nullopt : std::optional(labels);
+}
+
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);
@@ -190,6 +223,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
     for (std::size_t i = first; i < first + slice; ++i) scan.grey[i] = lookup(nrrd->data, i);
   });
 
+  scan.labels = labels_of(file, *nrrd);
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
   if (scan.spacing_place == "header") scan.spacing_place = "spacings";

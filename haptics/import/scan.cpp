@@ -211,6 +211,7 @@ static Scan align(RawScan&& raw) {
   scan.format = raw.format;
   scan.space = raw.space;
   scan.notes = std::move(raw.notes);
+  scan.labels = std::move(raw.labels);
   glm::ivec3 from(0, 1, 2);  // axis w of the result is the file's axis from[w]
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
@@ -413,7 +414,9 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");
   }
+  const bool labels = raw.labels.has_value();
   if (const double angle = undo_shear(file, raw); angle > 0) {
+    if (labels) throw Error(file.string(), "axis directions", "a label map in slanted slices", "perpendicular axes");
     raw.notes.push_back(
         fmt::format("the slices were stacked at {:.1f} degrees to their normal; that was undone", angle * 180 / kPi));
   }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +27,8 @@ struct RawScan {
   std::string space;                 // coordinate space: "LPS", "RAS" or empty (unknown)
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
+  // A label map: names of its values, as far as the file states them. Empty: grey values.
+  std::optional<std::map<int, std::string>> labels;
 };
 
 /// Axes along the space's, never mirrored; oblique: p (m) at world_rotation · p.
@@ -37,6 +40,7 @@ struct Scan {
   std::string space;      // coordinate space: "LPS", "RAS" or empty (unknown)
   glm::dmat3 world_rotation{1};
   std::vector<std::string> notes;
+  std::optional<std::map<int, std::string>> labels;  // as RawScan::labels
 };
 
 /// The arguments of a function that reads a scan.

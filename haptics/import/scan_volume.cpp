@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "haptics/import/import_labels.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/scan.h"
 
@@ -21,8 +22,10 @@ constexpr std::size_t kPresets = 4;  // number of values of ImportPreset
 importing::Scan read(const std::filesystem::path& file, const ImportOptions& options) {
   if (is_mesh_file(file))
     throw Error(file.string(), "", "a mesh", fmt::format("a scan ({}), or DICOM", fmt::join(scan_endings(), " ")));
-  return importing::read_scan({file, options.series, options.memory}, options.spacing, options.nan_grey,
-                              {1e-6, 3e-3, "a bone", ""});
+  importing::Scan scan = importing::read_scan({file, options.series, options.memory}, options.spacing, options.nan_grey,
+                                              {1e-6, 3e-3, "a bone", ""});
+  importing::refuse_labels(file, scan);
+  return scan;
 }
 
 }  // namespace

@@ -163,6 +163,11 @@ std::string nifti_of(const DenseTissue& t, const Samples& samples) {
           static_cast<float>(sign * value));
     }
   }
+  if (samples.nifti_bits == 8) {
+    constexpr std::int16_t kLabelIntent = 1002;
+    put(68, kLabelIntent);
+    std::ranges::copy(kTissueLabels, &head[328]);
+  }
   std::memcpy(&head[344], "n+1", 4);
   return head + samples.bytes;
 }

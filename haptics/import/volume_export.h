@@ -4,10 +4,14 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 #include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
+
+/// A NIfTI file's intent name: its labels are the tissues' numbers.
+inline constexpr std::string_view kTissueLabels = "typodont tissue";
 
 /// Writes the labels of a tissue to a file. NRRD and NIfTI files have one byte per voxel: 0 outside the body, and the
 /// tissue's number (Tissue) inside. An NRRD file also has a list of the tissues' names. A DICOM file has one binary

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,7 +29,7 @@ namespace {
 
 struct Arguments {
   std::string out, bite, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels, region;
-  std::vector<std::string> inputs, parts;
+  std::vector<std::string> inputs, parts, label;
   std::optional<int> series;
   std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
   double band_mm = 1.5, unit_mm = 1, open_mm = 0;
@@ -97,6 +98,16 @@ haptics::ImportOptions options_of(const Arguments& a) {
       throw Error("--part", "", '"' + part + '"', "TISSUE=FILE, e.g. enamel=enamel.stl");
     o.parts.push_back({*tissue, part.substr(equals + 1)});
   }
+  for (const std::string& label : a.label) {
+    int value = 0;
+    const std::size_t equals = std::min(label.find('='), label.size());
+    const auto [end, error] = std::from_chars(label.data(), label.data() + equals, value);
+    const auto tissue = equals < label.size() ? tissue_named(label.substr(equals + 1)) : std::nullopt;
+    if (error != std::errc() || end != label.data() + equals || value < 1 || value > 65535 || !tissue ||
+        !o.labels.emplace(value, *tissue).second)
+      throw Error("--label", "", '"' + label + '"',
+                  "VALUE=TISSUE, once for each value above 0, e.g. 1=enamel or 7=air");
+  }
   if (!a.hardness.empty()) {
     const char* expected = "ZERO,OWN or ZERO,OWN,DENSE: greys, the first the least, e.g. 400,830,1190";
     const auto greys = numbers(a.hardness, "--hardness-greys", 2, 3, expected);
@@ -110,6 +121,10 @@ haptics::ImportOptions options_of(const Arguments& a) {
 
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
+}
+
+bool has_greys(const haptics::ImportReport& r) {
+  return r.spacing != dvec3(0) && !r.format.ends_with("label map");
 }
 
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
@@ -148,7 +163,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   j["components_found"] = r.bodies_found;
   j["components_kept"] = r.bodies_kept;
   j["pulp_parts"] = r.pulp_parts;
-  if (r.spacing != dvec3(0)) {
+  if (has_greys(r)) {
     j["greys"] = {{"outside", r.outside_grey}, {"soft", r.soft_grey}, {"noise", r.noise_grey}};
     j["thresholds"] = {{"surface", r.surface_grey}};
     if (r.dense_level) j["greys"]["dense"] = *r.dense_level;
@@ -194,6 +209,8 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
   if (r.spacing != dvec3(0)) {
     line("scan", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm a voxel", r.format, r.spacing.x / kMillimetre,
                              r.spacing.y / kMillimetre, r.spacing.z / kMillimetre));
+  }
+  if (has_greys(r)) {
     line("greys", fmt::format("surround {:.4g} ± {:.2g}, {} {:.4g}{}", r.outside_grey, r.noise_grey,
                               a.preset == "tooth" ? "dentin"
                               : r.jaw             ? "cancellous bone"
@@ -209,9 +226,8 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
       line("thresholds", fmt::format("surface {:.4g} (refined from the greys near by){}", r.surface_grey,
                                      r.dense_grey ? fmt::format(", denser tissue {:.4g}", *r.dense_grey) : ""));
     line("edge blur", fmt::format("{:.3f} mm", r.blur / kMillimetre));
-  } else {
-    line("mesh", r.format);
   }
+  if (r.spacing == dvec3(0)) line("mesh", r.format);
   line("components", fmt::format("{} found, {} kept", r.bodies_found, r.bodies_kept));
   line("size", fmt::format("{:.2f} x {:.2f} x {:.2f} mm, height {:.2f} mm", extent.x, extent.y, extent.z,
                            r.height / kMillimetre));
@@ -362,6 +378,9 @@ void add_import_command(cli::Command& app) {
       "--part", a->parts,
       "TISSUE=FILE: a closed mesh of one tissue, instead of INPUT; once for each, from the outermost to "
       "the innermost (where they overlap the later one counts)");
+  command->add_option("--label", a->label,
+                      "VALUE=TISSUE: what a value of a label map is, air to leave it out; once for each that the file "
+                      "does not name");
   command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->show_default();
   command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->show_default();
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
@@ -392,8 +411,9 @@ void add_import_command(cli::Command& app) {
     command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
                             "another --preset than jaw, whose greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
-    command->refuse_without({"--spacing-mm", "--region-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
-                            !mesh && a->parts.empty(), "a scan");
+    command->refuse_without(
+        {"--spacing-mm", "--region-mm", "--thresholds", "--hounsfield", "--nan-as", "--series", "--label"},
+        !mesh && a->parts.empty(), "a scan");
     run(*a);
   });
 }
