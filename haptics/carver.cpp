@@ -124,7 +124,7 @@ void Carver::follow(const ServoTick& tick) {
 
 bool Carver::snapshot_due(const ServoTick& tick) {
   if (body_->leads()) follow(tick);
-  if (snapshots_ == 0 || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) return true;
+  if (snapshots_ == 0 || edited()) return true;
   return body_->wants_snapshot(tick.t) || snapshot_due_for(snapshot_center(tick), center_W_, travel_);
 }
 
@@ -148,9 +148,7 @@ void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint3
 }
 
 bool Carver::bring_up_to_date(Snapshot& snapshot) {
-  if (snapshot.number != snapshots_ || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) {
-    return false;
-  }
+  if (snapshot.number != snapshots_ || edited()) return false;
   body_->bring_up_to_date(snapshot);
   snapshot.cuts = cuts_;
   return true;

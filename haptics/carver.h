@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "engine/contract/contact.h"
+#include "haptics/contact/tissue_body.h"
 #include "haptics/contact_method.h"
 #include "haptics/servo.h"
-#include "haptics/tissue_body.h"
 
 namespace typodont::haptics {
 
@@ -49,6 +49,11 @@ class Carver {
 
   /// Returns an empty snapshot whose buffers already have their full size.
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
+  /// An undo, redo or loose piece is in no snapshot yet. The servo counts the volume of later cuts only if none of them
+  /// is applied before that snapshot.
+  bool edited() const {
+    return snapshots_ > 0 && (edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_);
+  }
   /// Returns true if the servo needs a new snapshot: it has none, the tissue was edited, a loose piece was removed, the
   /// tissue body asks for a snapshot, or the tool has moved far from the centre of the last snapshot. The function also
   /// estimates the tool's velocity, so it should be called with every tick that the carver receives.

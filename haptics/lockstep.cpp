@@ -1,6 +1,5 @@
 #include "haptics/lockstep.h"
 
-#include <limits>
 #include <utility>
 
 #include "haptics/servo/parameters.h"
@@ -26,15 +25,19 @@ bool LockStep::tick(const HandSample& hand, ServoTick& out, Cut& cut) {
   if (ticks_ == 0) placed_.X_WT = placed_.X_WG = hand.X_WT;  // the first snapshot is centred at the hand
   fresh_ = false;
   if (!stalled_) {
-    if (!waiting_.empty()) apply_cuts(std::numeric_limits<std::uint64_t>::max());
+    follow_servo();
     if (in_workspace(placed_.X_WG.p) && carver_.snapshot_due(placed_)) {
       take_snapshot(carver_.snapshot_center(placed_));
       adopt_snapshot();
     }
   }
   const bool removed = tick_servo(hand, out, cut);
-  if (removed && !stalled_) apply_cuts(std::numeric_limits<std::uint64_t>::max());
+  if (removed && !stalled_) follow_servo();
   return removed;
+}
+
+void LockStep::follow_servo() {
+  for (; !waiting_.empty() && !carver_.edited(); waiting_.pop_front()) carver_.apply(waiting_.front());
 }
 
 void LockStep::apply_cuts(std::uint64_t through) {

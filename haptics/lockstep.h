@@ -42,6 +42,9 @@ class LockStep {
   const PatchUse* fresh_snapshot() const { return fresh_ ? &use_ : nullptr; }
 
  private:
+  /// Waiting cuts up to an edit, which the servo adopts first.
+  void follow_servo();
+
   ServoSettings settings_;
   Carver carver_;
   Servo servo_;

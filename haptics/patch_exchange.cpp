@@ -49,6 +49,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
     if (complete || t - waiting_since_ >= kPatience) {
       waiting_since_ = 0;
       adopted_ = true;
+      taken_.store(fresh.number, std::memory_order_release);
       return &fresh;
     }
     // Not given back: a newer one has come, for the loop's next pass.

@@ -3,6 +3,7 @@
 // at once.
 #pragma once
 
+#include <atomic>
 #include <memory>
 
 #include "engine/base/clock.h"
@@ -24,6 +25,11 @@ class PatchExchange {
   /// Adds missing cuts to the offered patch. `held`: ServoTick::patch. False: none offered; while true, call again
   /// without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
+
+  /// The offered patch has an edit that the servo has not: no cut is applied, or the servo would not count it.
+  bool edit_waits() const noexcept {
+    return offered_ != 0 && offered_tissue_ != held_tissue_ && taken_.load(std::memory_order_acquire) != offered_;
+  }
 
   // Function for the servo thread.
   /// To adopt now, or null. `cuts`: so far; `t`: ns, any steady clock. After adopt() it holds the servo's previous
@@ -47,8 +53,9 @@ class PatchExchange {
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
   // Servo thread:
-  alignas(64) Nanos waiting_since_ = 0;  // ns, since when it waits; 0: not
-  bool adopted_ = false;                 // the last take() returned one
+  alignas(64) Nanos waiting_since_ = 0;   // ns, since when it waits; 0: not
+  bool adopted_ = false;                  // the last take() returned one
+  std::atomic<std::uint32_t> taken_ = 0;  // number of the last one
 };
 
 }  // namespace typodont::haptics

@@ -52,7 +52,9 @@ bool CarverSide::offer(bool due_only) {
 }
 
 bool CarverSide::edit(bool redo) {
-  return edit_stroke(carver_, redo, tick_.t, &tape_);
+  if (!edit_stroke(carver_, redo, tick_.t, &tape_)) return false;
+  offer(/*due_only=*/false);
+  return true;
 }
 
 void CarverSide::require_whole() const {

@@ -46,16 +46,18 @@ class CarverSide {
   struct Read {
     bool tick = false, cut = false;
   };
-  /// Repeats the servo's new cuts. `each(cut)` is called after each of them. Throws RunFailure if a cut was lost.
+  /// Repeats the servo's new cuts, up to an edit that the servo must adopt first, or `to_end`. `each(cut)` is called
+  /// after each of them. Throws RunFailure if a cut was lost.
   template <class Each>
-  Read follow(Each&& each) {
+  Read follow(Each&& each, bool to_end = false) {
     Read found;
-    for (ServoEvent event; servo_.next(event);) {
+    for (ServoEvent event; (to_end || !edit_waits()) && servo_.next(event);) {
       require_whole();
       if (const auto* const cut = std::get_if<Cut>(&event)) {
         carver_.apply(*cut);
         each(*cut);
         found.cut = true;
+        if (carver_.edited()) offer(/*due_only=*/false);  // a loose piece
       } else if (const auto* const tick = std::get_if<ServoTick>(&event)) {
         tick_ = *tick;
         found.tick = true;
@@ -70,8 +72,10 @@ class CarverSide {
   void write_pieces();
   /// Offers a patch around the tool to the servo. `due_only`: only if a new one is due. Returns true if it did.
   bool offer(bool due_only);
-  /// Undoes or repeats a stroke. Returns false if there is none.
+  /// Undoes or repeats a stroke, and offers the result at once. Returns false if there is none.
   bool edit(bool redo);
+  /// The servo has not yet adopted an edit or a loose piece.
+  bool edit_waits() const { return patches_.edit_waits(); }
   /// The newest tick. All cuts up to it have been repeated.
   const ServoTick& tick() const { return tick_; }
 

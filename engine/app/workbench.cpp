@@ -636,7 +636,7 @@ void Workbench::Impl::end() {
   if (thread_failed && failure.empty()) failure = "a thread of the session failed";
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   // cuts that the servo made after the carver thread had ended
-  if (carved) try_to([&] { s.side.follow([](const Cut&) {}); });
+  if (carved) try_to([&] { s.side.follow([](const Cut&) {}, /*to_end=*/true); });
   follow_tapes();  // to the last tick, so that the score equals the recording's score
   if (meter) explored = picture->views()->take_explored();
   s.wiring.nothing_more = true;

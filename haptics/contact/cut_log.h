@@ -65,6 +65,7 @@ class CutLog {
     made_.add(index, cut);
   }
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
+  Made& made(std::uint64_t index) noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
   /// Only within lo..hi (inclusive).

@@ -66,10 +66,11 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
-    const CutLog::Made& made = log_.made(i);
+    CutLog::Made& made = log_.made(i);
     // More after undo, less after a loose piece.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
+    made.removed = removed;
   }
   for (std::size_t i = 0; i < all_removed.size(); ++i) all_removed[i] -= fresh.taken_back[i] - patch_.taken_back[i];
   update_coarse(fresh, true);

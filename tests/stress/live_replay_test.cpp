@@ -136,6 +136,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   SessionRecorder recorder(file, scene, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate),
                            s.wiring.tapes);
   s.wiring.patch.offer(s.carver, RandomHand::start());
+  const PerTissue before = s.carver.volume().volumes();
 
   ServoTurns servo(s, hand, simulated);
   bool alive = true;
@@ -177,6 +178,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
     }
     if (random.chance(0.2)) recorder.turn();
   }
+  while (alive && s.side.edit_waits()) feel(1), carver.turn();
   if (random.chance(0.2)) s.wiring.emergency = true;
   if (random.chance(0.5)) carver.turn();
   // The servo may still have a turn while the carver ends. Then whoever ends the session must repeat the cuts of this
@@ -187,6 +189,11 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   EXPECT_FALSE(servo.turn());
   servo.end();
   carver.finish();
+  const PerTissue after = s.carver.volume().volumes();
+  for (std::size_t t = 1; t < after.size(); ++t) {
+    const double gone = before[t] - after[t];
+    EXPECT_NEAR(s.last.removed[t], gone, 1e-11 + 0.01 * std::abs(gone)) << "session " << seed << ", tissue " << t;
+  }
   counts.cuts += s.carver.cuts();
   counts.patches += s.carver.snapshots();
   recorder.finish(s.carver.volume());
@@ -257,7 +264,7 @@ TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   s.wiring.stop = true;
   carver.join();
   EXPECT_EQ(s.carver_failure, "");
-  s.side.follow([](const Cut&) {});
+  s.side.follow([](const Cut&) {}, /*to_end=*/true);
   s.wiring.nothing_more = true;
   recording.join();
   other.join();

@@ -74,16 +74,10 @@ class BrickQueue {
   MeshBatch waiting_;
 };
 
-/// Executes a command. Returns true if the tissue changed.
-bool execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) {
-  if (command == TissueCommand::kSave) {
-    saver.start(s.carver, s.save);
-    return false;
-  }
+void execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) {
+  if (command == TissueCommand::kSave) return saver.start(s.carver, s.save);
   const bool redo = command == TissueCommand::kRedo;
-  if (!s.side.edit(redo)) return false;
-  s.book.edited(redo, s.carver.strokes());
-  return true;
+  if (s.side.edit(redo)) s.book.edited(redo, s.carver.strokes());
 }
 
 /// Applies a part of a brush stroke, which the user can undo. Returns false if the brush touched no tissue; such a part
@@ -112,15 +106,17 @@ struct CarverTurns::Impl {
   void pause() const {
     if (between) between();
   }
-  CarverSide::Read follow_servo();
+  CarverSide::Read follow_servo(bool to_end = false);
   Done turn();
   void mesh();
 };
 
-CarverSide::Read CarverTurns::Impl::follow_servo() {
-  return s.side.follow([&](const Cut& cut) {
-    if (s.operated) s.book.cut(cut, s.carver.strokes());
-  });
+CarverSide::Read CarverTurns::Impl::follow_servo(bool to_end) {
+  return s.side.follow(
+      [&](const Cut& cut) {
+        if (s.operated) s.book.cut(cut, s.carver.strokes());
+      },
+      to_end);
 }
 
 CarverTurns::Done CarverTurns::Impl::turn() {
@@ -132,11 +128,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   done.awaited = s.side.keep_up();
   pause();
   TissueCommand command;
-  // true: undo, redo or another edit changed the tissue, so the servo needs a new patch (copy of the tissue) before its
-  // next cut
-  bool edited = false;
   while (wiring.tissue_commands.pop(command)) {
-    edited |= execute_command(s, command, saver);
+    execute_command(s, command, saver);
     done.worked = true;
     pause();
   }
@@ -154,16 +147,16 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     wiring.tissue_version.store(state.version, std::memory_order_relaxed);
   }
   pause();
-  if (before.tick || after.tick || painted || edited) done.worked |= s.side.offer(/*due_only=*/!painted);
+  if (before.tick || after.tick || painted) done.worked |= s.side.offer(/*due_only=*/!painted);
   mesh();
   if (wiring.copy_wanted.exchange(false)) {
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
-  if (wiring.expert_wants_copy.exchange(false)) {
-    // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
-    // which may have arrived during this call of turn(). So waiting cuts are applied first.
-    follow_servo();
+  // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
+  // which may have arrived during this call of turn(). So waiting cuts are applied first.
+  if (wiring.expert_wants_copy.load() && (follow_servo(), !s.side.edit_waits())) {
+    wiring.expert_wants_copy = false;
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
   }
@@ -194,7 +187,7 @@ CarverTurns::Done CarverTurns::turn() {
   return impl_->turn();
 }
 void CarverTurns::finish() {
-  impl_->follow_servo();
+  impl_->follow_servo(/*to_end=*/true);
   impl_->s.side.write_pieces();
 }
 

@@ -124,8 +124,9 @@ namespace {
 /// Does the work of the tissue's thread while the servo runs on another thread: repeats the servo's new cuts in the
 /// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. Returns false if there
 /// was nothing to do.
-bool carve(CoreObject& core) {
-  const CarverSide::Read found = core.side->follow([](const Cut&) {});
+bool carve(CoreObject& core, bool to_end = false) {
+  const bool servo_is_freed = core.shared.use_count() == 1;
+  const CarverSide::Read found = core.side->follow([](const Cut&) {}, to_end || servo_is_freed);
   core.side->keep_up();
   const bool offered = found.tick && core.side->offer(/*due_only=*/true);
   core.tick = core.side->tick();
@@ -136,11 +137,9 @@ bool carve(CoreObject& core) {
 typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
   return with(handle, [&](CoreObject& core) {
     Tapes* const tapes = core.shared->tapes.get();
-    const bool did = edit_stroke(core.carver(), redo, core.tick.t, tapes ? &tapes->carver : nullptr);
+    const bool did = core.side ? core.side->edit(redo)
+                               : edit_stroke(core.carver(), redo, core.tick.t, tapes ? &tapes->carver : nullptr);
     core.record();
-    // Passes a copy of the edited tissue (a patch) to the servo at once, before the servo makes its next cut. In the
-    // new patch, the servo repeats only the cuts that it made after the patch was copied.
-    if (did && core.side) core.side->offer(/*due_only=*/false);
     if (done) *done = did;
   });
 }
@@ -421,7 +420,7 @@ typodont_result typodont_core_finish(typodont_core* core) {
       // Largest number of calls of carve(). These calls finish the work that existed before this function was called.
       // The servo may add new work meanwhile, so without a limit the loop might never end.
       constexpr int kRounds = 64;
-      for (int i = 0; i < kRounds && carve(c); ++i) {
+      for (int i = 0; i < kRounds && carve(c, /*to_end=*/true); ++i) {
       }
     }
     const SessionFiles files;
