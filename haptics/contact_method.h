@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/base/json.h"
-#include "haptics/contact_model.h"
-#include "haptics/tissue_body.h"
+#include "haptics/contact/contact_model.h"
+#include "haptics/contact/tissue_body.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {

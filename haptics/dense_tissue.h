@@ -1,6 +1,8 @@
 // Arrays of tissue and boxes of voxels, without OpenVDB, file formats or other headers of haptics.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -51,7 +53,7 @@ struct DenseTissue {
   std::vector<float> distance;  // m, negative inside; exact where |distance| < band
   // Outside: kAir, but at least one voxel around has the nearest tissue, so that labels can be read at the surface.
   std::vector<Tissue> tissue;
-  // hardness.h; empty: kOwnHardness everywhere
+  // Empty: kOwnHardness everywhere
   std::vector<std::uint8_t> hardness;
   double band = 1.5e-3;       // m, largest distance that is stored
   bool exact_outside = true;  // outside, never more than the true distance
@@ -61,5 +63,23 @@ struct DenseTissue {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
   }
 };
+
+/// Hardness, one byte per voxel: fraction of a tissue's stiffness and specific cutting energy (caries soft on top and
+/// firm below, bone by the grey values of a scan). Everywhere, for tissue T with hardness byte b:
+///   stiffness               = stiffness of T · b / 255          (Material::stiffness)
+///   specific cutting energy = specific energy of T · b / 255    (Material::specific_energy)
+/// Not for friction, density and colour. 255, the default, is full hardness; the least is 1, so cutting takes energy.
+/// Filling has 255; the voxel keeps its former byte for when it is cut out (volume/label.h).
+inline constexpr std::uint8_t kOwnHardness = 255;
+inline constexpr std::uint8_t kLeastHardness = 1;
+
+/// From 0..1, rounded, at least kLeastHardness.
+inline std::uint8_t hardness_byte(double fraction) {
+  const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
+  return std::max(kLeastHardness, static_cast<std::uint8_t>(byte));
+}
+inline double hardness_fraction(std::uint8_t byte) noexcept {
+  return byte * (1.0 / kOwnHardness);
+}
 
 }  // namespace typodont::haptics

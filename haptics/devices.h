@@ -1,5 +1,5 @@
 // Opens hands by address, lists devices, adds drivers. Beside this header, others may include device_safety.h,
-// scripted_hand.h, udev_rules.h and device_bench.h, not devices/. A new device is one file devices/drivers/NAME.cpp
+// scripted_hand.h and device_bench.h, not devices/. A new device is one file devices/drivers/NAME.cpp
 // with `const Driver NAME_driver` (example: circle.cpp); all are compiled.
 #pragma once
 
@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "haptics/haptic_device.h"
@@ -83,5 +84,10 @@ class DeviceWatch {
   std::function<std::vector<FoundDevice>()> list_;
   std::vector<FoundDevice> known_;
 };
+
+std::string_view udev_rules();
+
+/// Into `folder`, completely or not at all; returns the path. Throws Error with the command to run, without permission.
+std::filesystem::path install_udev_rules(const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

@@ -9,9 +9,9 @@
 
 #include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
+#include "haptics/contact/snapshot.h"
 #include "haptics/coupling/filters.h"
 #include "haptics/coupling/vibration.h"
-#include "haptics/snapshot.h"
 #include "haptics/spindle.h"
 #include "haptics/tool.h"
 

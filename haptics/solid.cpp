@@ -9,7 +9,7 @@
 
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
 

@@ -43,7 +43,7 @@ std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {}
 /// Within `radius` of a–b, which may be equal.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
-/// "hardness" 0..1 of the tissue's own, as byte (hardness.h); kOwnHardness without. Throws Error.
+/// "hardness" 0..1 of the tissue's own, as byte (dense_tissue.h); kOwnHardness without. Throws Error.
 std::uint8_t read_hardness(const Json& json);
 
 /// "tissue" with "solids", sampled on voxels; later solids decide label and hardness. Throws Error, for example if too

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "haptics/cut_front.h"
 #include "haptics/cutting/block.h"
+#include "haptics/cutting/cut_front.h"
 #include "haptics/implant_tool.h"
 
 namespace typodont::haptics {

@@ -9,10 +9,9 @@
 
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
+#include "haptics/contact/patch_step.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/fill.h"
-#include "haptics/hardness.h"
-#include "haptics/patch_step.h"
 #include "haptics/sweep.h"
 #include "haptics/volume/loose_pieces.h"
 
@@ -39,7 +38,7 @@ struct RasterBlock {
 /// plus one. The grid "distance" of imported tissue has the metadata "typodont_file_rotation_x", _y and _z (rows of a
 /// rotation matrix), "typodont_file_origin" (mm) and "typodont_file_axes" ("LPS" or "RAS"), which give its FilePlace.
 /// If the hardness of any voxel differs from its tissue's own, the file has a grid "hardness": int32, 1 to 255
-/// (hardness.h), background 255.
+/// (dense_tissue.h), background 255.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -69,7 +68,7 @@ class TissueVolume {
   bool graded() const;
 
   /// Copies a box of samples that starts at voxel `lo`: distances in voxels (at most the stored band), labels, and
-  /// hardness (hardness.h). z runs fastest. A null pointer means that this array is not copied.
+  /// hardness (dense_tissue.h). z runs fastest. A null pointer means that this array is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
   /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (the servo's copy of the

@@ -27,7 +27,7 @@
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
 #include "haptics/import/mesh_tissue.h"
-#include "haptics/packing_loader.h"
+#include "haptics/packing.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/tool.h"

@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "engine/contract/contact.h"
-#include "haptics/snapshot.h"
+#include "haptics/contact/snapshot.h"
 
 namespace typodont::haptics {
 
@@ -105,7 +105,7 @@ struct Contact {
   bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps the fractions of the last tick
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
   bool graded = false;        // true: `hardness` is valid; false: every tissue has its full hardness
-  PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (hardness.h)
+  PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (dense_tissue.h)
 
   // The following members are the force of a penalty method, set in feel(); it replaces the force of the coupling. A
   // constraint method that holds the tool's orientation (`holds_turn`) also sets `torque` and `stored`, but in

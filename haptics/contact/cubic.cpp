@@ -1,6 +1,6 @@
 #include "haptics/contact/cubic.h"
 
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define TYPODONT_WIDE_CUBIC 1

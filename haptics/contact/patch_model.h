@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
-#include "haptics/contact_model.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/servo.h"
-#include "haptics/surface_patch.h"
 
 namespace typodont::haptics {
 

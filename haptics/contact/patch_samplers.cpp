@@ -5,7 +5,7 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/cubic.h"
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/work.h"
 
 namespace typodont::haptics {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "haptics/contact/proxy/non_cutting_contacts.h"
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {

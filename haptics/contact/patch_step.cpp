@@ -1,6 +1,6 @@
-#include "haptics/patch_step.h"
+#include "haptics/contact/patch_step.h"
 
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/volume/leaf_rows.h"
 
 namespace typodont::haptics {

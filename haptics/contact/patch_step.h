@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "haptics/label.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 
@@ -24,7 +24,7 @@ class PatchStep {
     bool one_distance, one_label;
     float distance;         // voxels
     Tissue label;           // label.h
-    std::uint8_t hardness;  // hardness.h
+    std::uint8_t hardness;  // dense_tissue.h
   };
   /// z fastest; valid where the leaf is not uniform. `hardness`: null without hardness per voxel.
   struct Samples {

@@ -1,4 +1,4 @@
-#include "haptics/sliding_buffer.h"
+#include "haptics/contact/sliding_buffer.h"
 
 namespace typodont::haptics {
 

@@ -10,12 +10,12 @@
 
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
-#include "haptics/hardness.h"
-#include "haptics/label.h"
-#include "haptics/patch_step.h"
-#include "haptics/sliding_buffer.h"
-#include "haptics/snapshot.h"
+#include "haptics/contact/patch_step.h"
+#include "haptics/contact/sliding_buffer.h"
+#include "haptics/contact/snapshot.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/tool.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 
@@ -31,7 +31,7 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // inclusive, around all fillings
   SlidingBuffer<float> distance;
   SlidingBuffer<Tissue> tissue;  // label of each sample (label.h)
-  // hardness.h; filled: as before. Empty without hardness per voxel (TissueVolume::graded): kOwnHardness.
+  // dense_tissue.h; filled: as before. Empty without hardness per voxel (TissueVolume::graded): kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
   // One, if a tool has a shank: every `every`-th sample of a larger region, in its own larger voxels.
   std::vector<SurfacePatch> coarse_levels;
@@ -131,7 +131,7 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// If all eight labels agree, their tissue (weight 1), otherwise kAir.
 Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Weights of sample_tissue() times hardness (hardness.h); without hardness per voxel the weights.
+/// Weights of sample_tissue() times hardness (dense_tissue.h); without hardness per voxel the weights.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
 /// Nearest voxel, which the patch must contain.

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/contract/contact.h"
-#include "haptics/snapshot.h"
-#include "haptics/tissue_surface.h"
+#include "haptics/contact/snapshot.h"
+#include "haptics/mesh/tissue_surface.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont::haptics {

@@ -1,11 +1,10 @@
-#include "haptics/damping_fit.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstddef>
 
 #include "engine/base/error.h"
+#include "haptics/material_fit.h"
 
 namespace typodont::haptics {
 

@@ -5,12 +5,12 @@
 #include <cstddef>
 
 #include "engine/base/dispatch.h"
-#include "haptics/cut_front.h"
+#include "haptics/cutting/cut_front.h"
+#include "haptics/cutting/inside_fraction.h"
+#include "haptics/cutting/lanes.h"
 #include "haptics/cutting/voxel_stamp.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/fill.h"
-#include "haptics/hardness.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/lanes.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {

@@ -14,9 +14,9 @@
 // every cut in it. Both threads use the same kernels, so that patch and volume contain the same bits. A kernel is a
 // function that processes 8 or 16 samples with one vector instruction (lane_ops.h).
 //
-// To save time, the servo does not examine every sample around the head. The active front (haptics/cut_front.h) stores
-// how far the head must still move before a sample can change. The kernels therefore examine only the samples that can
-// change in this tick.
+// To save time, the servo does not examine every sample around the head. The active front (haptics/cutting/cut_front.h)
+// stores how far the head must still move before a sample can change. The kernels therefore examine only the samples
+// that can change in this tick.
 //
 // Files in reading order:
 // - haptics/sweep.h: the class Sweep, which ball.cpp and head.cpp implement for balls and for all other heads.
@@ -33,8 +33,8 @@
 // docs/cutting.md explains the methods and the measurements. docs/glossary.md defines the terms.
 #pragma once
 
+#include "haptics/contact/surface_patch.h"
 #include "haptics/fill.h"
-#include "haptics/surface_patch.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {

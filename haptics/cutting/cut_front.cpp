@@ -1,4 +1,4 @@
-#include "haptics/cut_front.h"
+#include "haptics/cutting/cut_front.h"
 
 #include <algorithm>
 #include <bit>

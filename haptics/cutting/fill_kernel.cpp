@@ -8,10 +8,10 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/fill.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "engine/contract/tissue.h"
-#include "haptics/hardness.h"
-#include "haptics/label.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/volume/label.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define TYPODONT_SIXTEEN_LANES 1
@@ -79,7 +79,7 @@ TYPODONT_INLINE Ints low_half(Ints v) {
 TYPODONT_INLINE Ints high_half(Ints v) {
   return v >> 16;
 }
-/// label.h, hardness.h; filled: the filling's. `labels` null: nothing is filled.
+/// label.h, dense_tissue.h; filled: the filling's. `labels` null: nothing is filled.
 TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);

@@ -7,11 +7,11 @@
 #include <glm/glm.hpp>
 
 #include "engine/contract/tissue.h"
-#include "haptics/cut_front.h"
+#include "haptics/cutting/cut_front.h"
+#include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/meridian.h"
 #include "haptics/cutting/way.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

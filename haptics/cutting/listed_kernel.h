@@ -1,4 +1,4 @@
-// Once per namespace of lane_ops.h. The lists of haptics/cut_front.h.
+// Once per namespace of lane_ops.h. The lists of haptics/cutting/cut_front.h.
 
 constexpr int kChunk = 128;  // groups together
 // groups ahead, for prefetching

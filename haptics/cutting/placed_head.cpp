@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
+#include "haptics/cutting/inside_fraction.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "engine/contract/tissue.h"
-#include "haptics/hardness.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
+#include "haptics/cutting/inside_fraction.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

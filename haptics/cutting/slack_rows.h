@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "haptics/cut_front.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/cut_front.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics {
 

@@ -1,7 +1,7 @@
 #include "haptics/cutting/voxel_stamp.h"
 
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
+#include "haptics/cutting/inside_fraction.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

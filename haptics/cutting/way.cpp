@@ -10,10 +10,10 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/block.h"
+#include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/lane_ops.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/label.h"
 #include "haptics/sweep.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics {
 

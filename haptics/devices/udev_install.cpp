@@ -2,7 +2,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
-#include "haptics/udev_rules.h"
+#include "haptics/devices.h"
 
 namespace typodont::haptics {
 

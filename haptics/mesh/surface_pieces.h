@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptics/mesh/editable_mesh.h"
-#include "haptics/tissue_surface.h"
+#include "haptics/mesh/tissue_surface.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont::haptics::mesh {

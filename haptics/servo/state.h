@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "haptics/contact_model.h"
+#include "haptics/contact/contact_model.h"
 #include "haptics/coupling/friction.h"
 #include "haptics/coupling/passivity.h"
 #include "haptics/coupling/tip.h"
@@ -95,7 +95,7 @@ struct Servo::State {
   struct Coupling {
     double relative_stiffness = 1;        // factor on the stiffness in the settings, from the tissue under the head
     PerTissue tissue{};                   // for each tissue: its fraction of the tissue under the head
-    PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
+    PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (dense_tissue.h)
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, the part of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};

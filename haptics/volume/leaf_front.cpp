@@ -4,7 +4,7 @@
 #include <bit>
 
 #include "engine/base/dispatch.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics {
 

@@ -1,7 +1,7 @@
 #include "haptics/volume/leaf_rows.h"
 
 #include "engine/base/dispatch.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics {
 

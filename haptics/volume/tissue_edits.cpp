@@ -5,9 +5,9 @@
 #include <cstring>
 #include <vector>
 
+#include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/placed_head.h"
 #include "haptics/cutting/voxel_stamp.h"
-#include "haptics/inside_fraction.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/volume/emptied_piece.h"

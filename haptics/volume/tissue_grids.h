@@ -8,8 +8,8 @@
 #include <unordered_set>
 #include <vector>
 
-#include "haptics/label.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/volume/label.h"
 #include "haptics/volume/leaf_front.h"
 #include "haptics/volume/leaf_history.h"
 
@@ -49,7 +49,7 @@ struct BrickBox {
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// Label (label.h), and 255 − hardness (hardness.h) in the next byte: equal to the label at kOwnHardness. Undo, tiles
+// Label (label.h), and 255 − hardness (dense_tissue.h) in the next byte: equal to the label at kOwnHardness. Undo, tiles
 // and hashes so include hardness.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;

@@ -18,8 +18,8 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/fnv.h"
-#include "haptics/inside_fraction.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/inside_fraction.h"
+#include "haptics/cutting/lanes.h"
 #include "haptics/natural_surface.h"
 #include "haptics/volume/leaf_rows.h"
 #include "haptics/volume/tissue_grids.h"

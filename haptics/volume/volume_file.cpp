@@ -14,7 +14,7 @@
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/volume/vdb_guard.h"
 
 namespace typodont::haptics {

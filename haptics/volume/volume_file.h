@@ -15,7 +15,7 @@ struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
   openvdb::Int32Grid::Ptr before;    // filled: label before, plus one; null: no fillings
-  // hardness.h; filled: before. Null: kOwnHardness.
+  // dense_tissue.h; filled: before. Null: kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
   double band = 0;  // m from the surface, of stored distances

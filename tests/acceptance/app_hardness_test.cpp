@@ -16,7 +16,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "tests/support/program.h"
 
 namespace typodont {

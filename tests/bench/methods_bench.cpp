@@ -12,7 +12,7 @@
 #include "haptics/contact/packing/surface_estimate.h"
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/import/mesh_tissue.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 #include "tests/bench/haptic_scene.h"
 
 namespace typodont::bench {

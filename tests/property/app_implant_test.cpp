@@ -17,7 +17,7 @@
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/lockstep.h"
 #include "tests/support/campaign.h"
 

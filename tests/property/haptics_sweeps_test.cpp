@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/cut_front.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/cutting/carve.h"
+#include "haptics/cutting/cut_front.h"
 #include "haptics/implant_tool.h"
 #include "haptics/solid.h"
-#include "haptics/surface_patch.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/heads.h"
 

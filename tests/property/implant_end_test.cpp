@@ -7,7 +7,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/contact/implant/end_voxels.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/work.h"
 #include "tests/support/implant_bench.h"
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "haptics/import/import.h"
 #include "tests/support/tooth_phantom.h"
 

@@ -12,8 +12,8 @@
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/packing.h"
 #include "haptics/solid.h"
-#include "haptics/sphere_packer.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::packing {

@@ -11,8 +11,8 @@
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/lockstep.h"
 #include "haptics/material_fit.h"
+#include "haptics/packing.h"
 #include "haptics/solid.h"
-#include "haptics/sphere_packer.h"
 
 namespace typodont::haptics {
 namespace {

@@ -14,7 +14,7 @@
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_model.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont::haptics::packing {

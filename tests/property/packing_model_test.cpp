@@ -14,7 +14,7 @@
 #include "engine/base/units.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact_method.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 

@@ -14,7 +14,7 @@
 #include "haptics/contact/packing/surface_estimate.h"
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/import/mesh_solid.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::packing {

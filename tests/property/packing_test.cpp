@@ -1,4 +1,6 @@
 // Tests of laws of sphere packings, with solids whose distances are known exactly.
+#include "haptics/packing.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +11,6 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
-#include "haptics/sphere_packer.h"
 
 namespace typodont::haptics {
 namespace {

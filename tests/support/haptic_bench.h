@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "engine/base/units.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/contact_method.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
-#include "haptics/surface_patch.h"
 
 namespace typodont::test {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
+#include "haptics/cutting/cut_front.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/heads.h"
 

@@ -12,9 +12,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
-#include "haptics/inside_fraction.h"
+#include "haptics/cutting/cut_front.h"
+#include "haptics/cutting/inside_fraction.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/program.h"

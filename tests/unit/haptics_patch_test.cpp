@@ -16,9 +16,9 @@
 #include "engine/base/ring.h"
 #include "engine/base/units.h"
 #include "haptics/contact/cubic.h"
+#include "haptics/contact/sliding_buffer.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/patch_exchange.h"
-#include "haptics/sliding_buffer.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 

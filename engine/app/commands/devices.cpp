@@ -10,7 +10,6 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/log.h"
-#include "haptics/udev_rules.h"
 
 namespace typodont {
 

@@ -14,7 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/units.h"
-#include "haptics/damping_fit.h"
+#include "haptics/material_fit.h"
 
 namespace typodont {
 

@@ -15,7 +15,7 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/packing_file.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 
 namespace typodont {
 

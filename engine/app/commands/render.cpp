@@ -31,8 +31,8 @@
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
 #include "haptics/carver.h"
+#include "haptics/packing.h"
 #include "haptics/scripted_hand.h"
-#include "haptics/sphere_view.h"
 
 namespace typodont {
 

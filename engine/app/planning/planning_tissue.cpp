@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 
 namespace typodont {
 

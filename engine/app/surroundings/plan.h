@@ -9,7 +9,7 @@
 #include "engine/app/surroundings/row.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
-#include "haptics/soft_law.h"
+#include "haptics/soft_tissue.h"
 
 namespace typodont {
 

@@ -11,7 +11,7 @@
 #include "engine/app/assets.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
-#include "haptics/hardness.h"
+#include "haptics/dense_tissue.h"
 
 namespace typodont {
 

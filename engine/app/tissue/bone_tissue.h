@@ -28,7 +28,7 @@ struct BoneClass {
   double cortical_grey = 0, cancellous_grey = 0;
 };
 /// Hounsfield units at hardness 1, per tissue. Hardness is grey value / this, so stiffness and specific energy are
-/// proportional to it (haptics/hardness.h; Zhao 2020, eq. 6).
+/// proportional to it (haptics/dense_tissue.h; Zhao 2020, eq. 6).
 struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };

@@ -10,9 +10,9 @@
 #include <span>
 
 #include "engine/base/dispatch.h"
-#include "haptics/hardness.h"
-#include "haptics/label.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/volume/label.h"
 #include "haptics/work.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -127,7 +127,7 @@ struct alignas(64) Block {
   float ahead[kBlock];        // voxels from bone at Task::beyond
   std::int32_t at[kBlock];    // of the tissue sample
   Flag label[kBlock];         // at Task::beyond
-  std::int32_t byte[kBlock];  // byte (hardness.h)
+  std::int32_t byte[kBlock];  // byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
   // Area (m²) and × hardness in contact; eq. 2 of Zhao 2020 / feed speed: torque about the axis (N·s), and axial force
   // × EndLaw::thrust_ratio (N·s/m).

@@ -7,7 +7,7 @@
 #include "engine/base/pose.h"
 #include "engine/contract/contact.h"
 #include "haptics/contact/implant/tool_voxels.h"
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 
 namespace typodont::haptics::implant {
 

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "haptics/contact/mesh_lod/mesh_lod_parts.h"
+#include "haptics/contact/tissue_body.h"
 #include "haptics/contact/vertex/vertex_body.h"
-#include "haptics/tissue_body.h"
 
 namespace typodont::haptics::mesh_lod {
 

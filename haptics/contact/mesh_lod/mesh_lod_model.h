@@ -6,11 +6,11 @@
 #include <memory>
 #include <vector>
 
+#include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
 #include "haptics/contact/mesh_lod/head_contact.h"
 #include "haptics/contact/mesh_lod/mesh_lod_parts.h"
 #include "haptics/contact/mesh_lod/surface_point.h"
-#include "haptics/contact_model.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics::mesh_lod {

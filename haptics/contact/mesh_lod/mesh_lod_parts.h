@@ -7,7 +7,7 @@
 #include "engine/base/clock.h"
 #include "haptics/contact/mesh_lod/head_points.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
-#include "haptics/snapshot.h"
+#include "haptics/contact/snapshot.h"
 
 namespace typodont::haptics::mesh_lod {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "haptics/contact/proxy/non_cutting_contacts.h"
-#include "haptics/surface_patch.h"
-#include "haptics/tissue_body.h"
+#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_body.h"
 
 namespace typodont::haptics::offset {
 

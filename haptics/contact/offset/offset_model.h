@@ -9,7 +9,7 @@
 #include "haptics/contact/patch_model.h"
 #include "haptics/contact/proxy/nearest_allowed.h"
 #include "haptics/contact/proxy/non_cutting_contacts.h"
-#include "haptics/cut_front.h"
+#include "haptics/cutting/cut_front.h"
 #include "haptics/fill.h"
 
 namespace typodont::haptics::offset {

@@ -1,7 +1,7 @@
 // A packing takes seconds, so later runs reuse it from disk. Set-up only.
 #pragma once
 
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 
 namespace typodont::haptics::packing {
 

@@ -7,7 +7,7 @@
 
 #include "haptics/contact/packing/loose_spheres.h"
 #include "haptics/contact/packing/packing_parts.h"
-#include "haptics/tissue_body.h"
+#include "haptics/contact/tissue_body.h"
 
 namespace typodont::haptics::packing {
 

@@ -11,8 +11,7 @@
 #include "haptics/contact/packing/cached_packing.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_model.h"
-#include "haptics/packing_loader.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 
 namespace typodont::haptics {
 

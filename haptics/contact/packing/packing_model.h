@@ -5,13 +5,13 @@
 #include <memory>
 #include <vector>
 
+#include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
 #include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/surface_estimate.h"
-#include "haptics/contact_model.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics::packing {

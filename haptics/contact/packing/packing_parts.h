@@ -10,7 +10,7 @@
 #include "engine/contract/contact.h"
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/tool_spheres.h"
-#include "haptics/snapshot.h"
+#include "haptics/contact/snapshot.h"
 
 namespace typodont::haptics::packing {
 

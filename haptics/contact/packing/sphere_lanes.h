@@ -3,7 +3,7 @@
 
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::packing {
 

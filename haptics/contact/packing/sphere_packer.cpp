@@ -1,5 +1,3 @@
-#include "haptics/sphere_packer.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact/packing/depth_field.h"
+#include "haptics/packing.h"
 
 namespace typodont::haptics {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "haptics/contact/packing/compute_passes.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::packing {
 

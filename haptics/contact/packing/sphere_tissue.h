@@ -41,7 +41,7 @@ class SphereTissue {
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
   const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
-  /// Of its tissue's own (hardness.h); above 1 if fitted (S2, eq. 14).
+  /// Of its tissue's own (dense_tissue.h); above 1 if fitted (S2, eq. 14).
   double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
   double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
   /// Some differ from 1.

@@ -1,7 +1,6 @@
-#include "haptics/sphere_view.h"
-
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_method.h"
+#include "haptics/packing.h"
 
 namespace typodont::haptics {
 

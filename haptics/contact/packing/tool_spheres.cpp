@@ -6,7 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/sphere_packer.h"
+#include "haptics/packing.h"
 
 namespace typodont::haptics::packing {
 

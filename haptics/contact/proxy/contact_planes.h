@@ -26,7 +26,7 @@
 #include <memory>
 
 #include "haptics/contact/proxy/contact_set.h"
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {

@@ -1,7 +1,7 @@
 // Reconstructs the smooth sheets of the tissue's surface that meet at an edge, a rim or a corner.
 #pragma once
 
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 
 namespace typodont::haptics {
 

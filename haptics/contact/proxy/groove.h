@@ -2,7 +2,7 @@
 // there.
 #pragma once
 
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 
 namespace typodont::haptics {
 

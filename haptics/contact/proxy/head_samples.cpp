@@ -9,7 +9,7 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/proxy/parameters.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics {
 

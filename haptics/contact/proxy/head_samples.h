@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptics/contact/proxy/contact_set.h"
-#include "haptics/surface_patch.h"
+#include "haptics/contact/surface_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {

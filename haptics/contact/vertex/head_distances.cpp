@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "engine/base/dispatch.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::vertex {
 

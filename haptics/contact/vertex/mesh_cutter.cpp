@@ -11,8 +11,8 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
-#include "haptics/label.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics::vertex {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/dispatch.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::vertex {
 

@@ -6,7 +6,7 @@
 
 #include "engine/base/check.h"
 #include "haptics/contact/vertex/mesh_field.h"
-#include "haptics/label.h"
+#include "haptics/volume/label.h"
 
 namespace typodont::haptics::vertex {
 

@@ -8,10 +8,10 @@
 #include <tuple>
 #include <vector>
 
+#include "haptics/contact/tissue_body.h"
 #include "haptics/contact/vertex/mesh_cutter.h"
 #include "haptics/contact/vertex/vertex_method.h"
 #include "haptics/mesh/surface_pieces.h"
-#include "haptics/tissue_body.h"
 
 namespace typodont::haptics::vertex {
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
 #include "haptics/contact/vertex/head_follow.h"
 #include "haptics/contact/vertex/vertex_body.h"
-#include "haptics/contact_model.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics::vertex {
