@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+"""Writes docs/reality.md: cutting against published experiments.
+
+    page.py RESULTS DOCS      RESULTS has reality.json of bench_reality; "-" uses DOCS/reality/rows.csv again
+"""
+import collections
+import csv
+import math
+import pathlib
+import sys
+
+HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+from pages import COLORS, collect, number, paragraph, plt, read_rows, table, write_rows  # noqa: E402
+
+SLOW = "enamel's energy per volume, 30 J/mm³, stands for every kind of edge; diamonds need more"
+MACOR = "no energy per volume of Macor is published; it stands here by its hardness, as the coarse diamond's did"
+CHIPS = "the energy per volume, 3 J/mm³, is that of thin chips; it does not depend on the thickness of the chip"
+LINE = "the torque falls in proportion to the speed, so the greatest power is at half of the free speed"
+REASONS = {
+    "enamel_diamond_human": SLOW, "enamel_diamond_bovine": SLOW,
+    "macor_carbide": MACOR, "macor_carbide_coarse": MACOR, "macor_diamond": MACOR,
+    "macor_grit": "the coarse diamond has a third of the medium one's energy per volume at any load",
+    "macor_medium_saturates": "no limit by the space for chips between the grains",
+    "macor_speed": "the rate is proportional to the speed at a constant load; the experiments do not say what limits it",
+    "enamel_carbide_energy": "only the sign is published, so there is nothing to fit",
+    "ceramic_diamond_energy": "the energy per volume does not depend on the thickness of the chip",
+    "leucite_ratio_heavy": "the ratio is 0.3 for all tissues and edges",
+    "leucite_speed_drop": "the energy per volume of the ceramic and the ratio of the forces are estimates",
+    "polymer_jaw": "the jaw's density is not stated",
+    "bone_small_chips": "the ratio of the forces is 0.3", 
+    "electric_holds": LINE, "electric_power": LINE,
+    "turbine_stalls": "the stronger turbine still turns at a ratio of the forces of 0.3",
+}
+for name in ("femur", "artificial"):
+    for speed in (1000, 1250, 1500):
+        for what in ("thrust", "torque", "feed"):
+            REASONS[f"{name}_{what}_{speed}"] = CHIPS
+    REASONS[f"{name}_energy_exponent"] = CHIPS
+
+
+def bound(text, otherwise):
+    return float(text) if text else otherwise
+
+
+class Row:
+    """An experiment with its simulated band."""
+
+    def __init__(self, cells, band):
+        self.__dict__.update(cells)
+        self.accepted = bound(self.low, 0), bound(self.high, math.inf)
+        self.band = (band["low"], band["high"]) if band else None
+
+    def factor(self):
+        """1: agrees; above: so many times too high; below: too low."""
+        (low, high), (least, most) = self.band, self.accepted
+        if high < least:
+            return high / least
+        return low / most if low > most else 1.0
+
+    def verdict(self):
+        factor = self.factor()
+        if factor == 1:
+            return "agrees"
+        if factor > 1:
+            return f"**{number(factor, 3)} × too high**"
+        return f"**{number(1 / factor, 3)} × too low**" if factor > 0 else "**zero**"
+
+    def limits(self):
+        low, high = self.low or None, self.high or None
+        return f"{low} to {high}" if low and high else f"at least {low}" if low else f"at most {high}"
+
+    def simulated(self):
+        low, high = (number(v, 3) for v in self.band)
+        return low if low == high else f"{low} to {high}"
+
+    def text_unit(self):
+        return "" if self.unit == "-" else " " + self.unit.replace("mm3", "mm³")
+
+
+def figure(file, title, rows):
+    """Band of each row, divided by the middle of what is accepted."""
+    picture, axes = plt.subplots(figsize=(7.2, 0.8 + 0.28 * len(rows)))
+    for i, row in enumerate(reversed(rows)):
+        low, high = row.accepted
+        middle = float(row.measured or 0) or (math.sqrt(low * high) if 0 < low and high < math.inf else low or high)
+        left, right = max(low / middle, 0.05), min(high / middle, 20)
+        axes.plot([left, right], [i, i], color="#cccccc", lw=8, solid_capstyle="butt", zorder=1)
+        simulated = [min(max(v / middle, 0.05), 20) for v in row.band]
+        color = COLORS[2] if row.factor() == 1 else COLORS[1]
+        axes.plot(simulated, [i, i], "|-", color=color, lw=2, ms=8, zorder=2)
+    axes.set_yticks(range(len(rows)), [row.id.replace("_", " ") for row in reversed(rows)], fontsize=7)
+    axes.set_xscale("log")
+    axes.set_xlim(0.045, 22)
+    axes.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
+    axes.minorticks_off()
+    axes.axvline(1, color="#999999", lw=0.5)
+    axes.set(title=title, xlabel="simulated / measured; grey: accepted")
+    picture.tight_layout()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    picture.savefig(file, metadata={"Date": None})
+    plt.close(picture)
+
+
+def page(rows, origin, docs):
+    with open(HERE / "experiments.csv", newline="") as lines:
+        every = [Row(cells, rows.get(cells["id"])) for cells in csv.DictReader(lines)]
+    groups = collections.defaultdict(list)
+    for row in every:
+        groups[row.process].append(row)
+    tried = [row for row in every if row.band]
+    agree = [row for row in tried if row.factor() == 1]
+    far = [row for row in tried if row.factor() == 0 or not 0.5 <= row.factor() <= 2]
+    text = "# Cutting against published experiments\n\n" + paragraph(
+        f"""{len(agree)} of the {len(tried)} published results that state their conditions agree with the simulation;
+        {len(far)} are off by more than a factor of two. {len(every) - len(tried)} more results cannot be simulated.
+        `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
+        load or feed, and writes this page. Where a condition is unknown, the simulation runs both ends of its range.
+        A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
+        states them, otherwise ±35 % for rates and times and ±20 % for forces. Rows with "fit" set constants, rows with
+        "test" did not. The table of experiments is `tests/bench/reality/experiments.csv`; quality A: value from a
+        table, B: from an abstract, C: secondary source. Simulated with: {origin}.""") + "\n"
+    for process, some in groups.items():
+        known = [row for row in some if row.band]
+        if not known:
+            continue
+        name = process.replace(" ", "_")
+        figure(docs / f"reality/{name}.svg", process.capitalize(), known)
+        text += f"\n## {process.capitalize()}\n\n"
+        text += f"![{process.capitalize()}: simulated over measured, with the accepted range](reality/{name}.svg)\n\n"
+        text += table(["row", "experiment", "measured", "accepted", "simulated", "verdict", "use", "source"],
+                      [[f"`{row.id}`", row.what, (row.measured or "–") + (row.text_unit() if row.measured else ""), row.limits(),
+                        row.simulated() + row.text_unit(), row.verdict(), row.role, f"{row.source} ({row.quality})"]
+                       for row in known])
+        because = collections.defaultdict(list)
+        for row in known:
+            if row.factor() != 1 and row.id in REASONS:
+                because[REASONS[row.id]].append(f"`{row.id}`")
+        reasons = [f"- {', '.join(some)}: {reason}." for reason, some in because.items()]
+        if reasons:
+            text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
+    text += "\n## Not simulated\n\n" + table(
+        ["process", "result", "why not", "source"],
+        [[row.process, row.what, row.conditions, f"{row.source} ({row.quality})"] for row in every if not row.band])
+    return text
+
+
+def main(folder, docs):
+    docs = pathlib.Path(docs)
+    stored = docs / "reality/rows.csv"
+    if folder != "-":
+        write_rows(stored, *collect(pathlib.Path(folder), ["reality"], False))
+    (docs / "reality.md").write_text(page(*read_rows(stored), docs))
+    print(f"wrote {docs / 'reality.md'}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])

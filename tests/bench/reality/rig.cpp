@@ -1,0 +1,182 @@
+#include "tests/bench/reality/rig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/lockstep.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont::bench {
+
+namespace {
+
+using namespace literals;
+
+// Stiffness of the rig, N/m: deflects by 10 µm at 1 N, by 0.2 mm at 200 N.
+constexpr double kToothRig = 1e5, kBoneRig = 1e6;
+constexpr double kStroke = 10.0_mm, kSlotLength = 8.0_mm, kSlabDepth = 6.0_mm;
+constexpr double kGap = 0.02_mm;           // before the first contact
+constexpr double kSettling = 0.2;          // of a run, not measured
+constexpr const char* kLab = "composite";  // holds the material of the laboratory
+
+double value(const Conditions& c, std::string_view key) {
+  const auto found = c.find(key);
+  if (found == c.end()) throw Error("experiments.csv", key, "nothing", "a number");
+  return std::stod(found->second);
+}
+double value_or(const Conditions& c, std::string_view key, double fallback) {
+  return c.contains(key) ? value(c, key) : fallback;
+}
+
+haptics::Spindle motor_of(const Conditions& c) {
+  haptics::Spindle motor;
+  if (c.contains("motor")) motor = load_spindle(c.at("motor"));
+  if (c.contains("krpm")) motor.free_speed = value(c, "krpm") * kKrpm;
+  if (c.contains("free_krpm")) motor.free_speed = value(c, "free_krpm") * kKrpm;
+  motor.run_up_time = 0;
+  return motor;
+}
+
+haptics::Tool tool_of(const Conditions& c) {
+  haptics::Tool tool = load_tool(c.at("tool"));
+  if (c.contains("diameter_mm")) tool.diameter = value(c, "diameter_mm") * kMillimetre;
+  if (c.contains("length_mm")) tool.length = value(c, "length_mm") * kMillimetre;
+  tool.shank_length = tool.safe_length = 0;
+  return tool;
+}
+
+/// All tissues as stiff as the rig, so that it deflects by force / stiffness.
+MaterialTable materials_of(const Conditions& c) {
+  MaterialTable table = load_materials();
+  const std::string& name = c.at("tissue");
+  if (!tissue_named(name)) {
+    const Json lab = Json::load(TYPODONT_REALITY "/materials.json")[name];
+    Material& material = table[static_cast<std::size_t>(*tissue_named(kLab))];
+    material.specific_energy = lab["specific_energy_J_per_mm3"].number() * kJoulePerCubicMillimetre;
+  }
+  for (Material& material : table) material.stiffness = 1000;
+  return table;
+}
+
+/// Its face is z = 0, its front x = 0.
+test::HapticBench slab(const Conditions& c, const haptics::ServoSettings& settings, const dvec3& size_mm,
+                       const dvec3& center_mm) {
+  const std::string& name = c.at("tissue");
+  const std::string json = fmt::format(
+      R"({{"voxel_mm":{:g},"solids":[{{"tissue":"{}","solid":{{"box":{{"size_mm":[{:g},{:g},{:g}],"center_mm":[{:g},{:g},{:g}]}}}}}}]}})",
+      settings.tool.radius() / kMillimetre / 10, tissue_named(name) ? name : kLab, size_mm.x, size_mm.y, size_mm.z,
+      center_mm.x, center_mm.y, center_mm.z);
+  return {haptics::TissueVolume(haptics::read_solids(Json::parse(json, "slab"))), settings, materials_of(c)};
+}
+
+/// Sums from the first to the last measured tick.
+struct Sums {
+  Nanos begin = 0, end = 0;
+  double from = 0, to = 0;  // m, along the push
+  double removed_from = 0, removed = 0;
+  double energy = 0, angle = 0, force = 0, across = 0, along = 0;
+  long ticks = 0;
+};
+
+}  // namespace
+
+Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
+  haptics::ServoSettings settings;
+  settings.tool = tool_of(c);
+  settings.spindle = motor_of(c);
+  settings.method = haptics::default_contact_method();
+  settings.damping = 0;
+  settings.friction = settings.passivity = false;
+  settings.force_limit = 1e6;
+  const bool plunges = rig == "plunge", slides = rig == "face";
+  settings.stiffness = plunges ? kBoneRig : kToothRig;
+  const double r = settings.tool.radius(), head_mm = settings.tool.length / kMillimetre;
+
+  // The tool lies along y, except in "plunge".
+  const dquat R = plunges ? dquat(1, 0, 0, 0) : glm::angleAxis(-kPi / 2, dvec3(1, 0, 0));
+  const dvec3 push = plunges || slides ? dvec3(0, 0, -1) : dvec3(1, 0, 0);
+  const double wide = plunges ? 8 : value_or(c, "engaged_mm", head_mm + 1), deep = kSlabDepth / kMillimetre;
+  const double along = plunges ? 8 : slides ? kStroke / kMillimetre + 4 : kSlotLength / kMillimetre;
+  test::HapticBench bench = slab(c, settings, {along, wide, deep}, {plunges || slides ? 0 : along / 2, 0, -deep / 2});
+
+  const double depth = rig == "mill" ? value(c, "depth_um") * kMicrometre : r;
+  const bool loaded = c.contains("load_N");
+  const double deflection = loaded ? value(c, "load_N") / settings.stiffness : 0;
+  const double feed = loaded ? 0 : value(c, "feed_mm_s") * kMillimetre;
+  const double stroke = slides ? value(c, "stroke_mm_s") * kMillimetre : 0;
+  dvec3 start(0);
+  if (plunges) start.z = settings.tool.half() + kGap;
+  if (slides) start.z = r + kGap;
+  if (!plunges && !slides) start = {-std::sqrt(r * r - (r - depth) * (r - depth)) - kGap, 0, r - depth};
+
+  // Steady: the drill's full diameter, the slot's middle, the strokes after the first.
+  const double first = plunges ? r + 0.5_mm : slides ? -kGap : r + 0.5_mm;
+  const double last = plunges ? kSlabDepth - 0.8_mm : slides ? kSlabDepth : first + 3.0_mm;
+  Sums sums;
+  dvec3 at = start;
+  for (double t = 0; t < seconds; t += settings.tick) {
+    dvec3 hand = loaded ? at + deflection * push : start + feed * t * push;
+    if (slides) {
+      const double phase = std::fmod(stroke * t / kStroke, 2.0);
+      hand.x = kStroke * (phase < 1 ? phase - 0.5 : 1.5 - phase);
+      hand.y = 0;
+    } else if (plunges) {
+      hand.x = hand.y = 0;
+    } else {
+      hand.y = 0, hand.z = start.z;
+    }
+    const ServoTick& tick = bench.tick({hand, R}, 1);
+    at = tick.X_WG.p;
+    const double way = glm::dot(at - start, push) - kGap;
+    if (way > last) break;
+    const bool measured = way >= first && (plunges || !slides || t > kSettling * seconds);
+    if (!measured) continue;
+    if (sums.ticks++ == 0) {
+      sums.begin = tick.t, sums.from = way, sums.removed_from = total(tick.removed);
+      sums.energy = sums.angle = sums.force = sums.across = sums.along = 0;
+    }
+    sums.end = tick.t, sums.to = way, sums.removed = total(tick.removed);
+    sums.energy += tick.cutting_power * settings.tick;
+    sums.angle += tick.spindle * settings.tick;
+    sums.force += tick.depth * settings.stiffness;
+    const double across = glm::dot(tick.f_model_W, tick.n_C_W);
+    sums.across += across, sums.along += glm::length(tick.f_model_W - across * tick.n_C_W);
+  }
+
+  Measured result;
+  result.radius = r;
+  result.free_speed = settings.spindle.free_speed;
+  const double time = to_seconds(sums.end - sums.begin), removed = sums.removed - sums.removed_from;
+  if (sums.ticks < 10 || !(time > 0)) return result;
+  const double n = static_cast<double>(sums.ticks);
+  result.rate = removed / time;
+  result.feed = (sums.to - sums.from) / time;
+  result.force = sums.force / n;
+  result.force_ratio = sums.across > 0 ? sums.along / sums.across : 0;
+  result.speed = sums.angle / (n * settings.tick);
+  result.torque = sums.angle > 0 ? sums.energy / sums.angle : 0;
+  result.energy = removed > 0 ? sums.energy / removed : 0;
+  return result;
+}
+
+MotorCurve brake(const Conditions& c) {
+  const haptics::Spindle motor = motor_of(c);
+  MotorCurve curve{motor.free_speed, 0, 0, 0};
+  constexpr int kSteps = 2000;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double torque = 1.2 * motor.stall_torque * i / kSteps;
+    const haptics::SpindleLoad load = haptics::load_spindle(motor, motor.free_speed, 1, torque);
+    if (load.speed > 0) curve.stall_torque = torque;
+    if (load.power > curve.max_power) curve.max_power = load.power, curve.power_at = load.speed / motor.free_speed;
+  }
+  return curve;
+}
+
+}  // namespace typodont::bench
