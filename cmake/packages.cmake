@@ -3,6 +3,7 @@
 find_package(Threads REQUIRED)            # before glslang
 find_package(glm CONFIG REQUIRED)
 find_package(fmt CONFIG REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 if(TYPODONT_BUILD_haptics)
   find_package(TBB CONFIG REQUIRED)       # before OpenVDB and Ceres, which disagree on how to find it
   list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
@@ -44,7 +45,6 @@ if(TYPODONT_BUILD_program)
   find_package(CLI11 CONFIG REQUIRED)
   find_package(Vulkan REQUIRED)
   find_package(HDF5 REQUIRED COMPONENTS C)
-  find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo cairo-pdf cairo-svg)
   pkg_check_modules(LIBLO IMPORTED_TARGET liblo)  # optional: OSC
@@ -52,7 +52,7 @@ if(TYPODONT_BUILD_program)
   if(TYPODONT_WINDOW)
     find_package(glfw3 CONFIG REQUIRED)
     pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
-    pkg_check_modules(XEXT REQUIRED IMPORTED_TARGET x11 xext)
+    pkg_check_modules(XEXT REQUIRED IMPORTED_TARGET x11 xext xcb)
   endif()
   if(TYPODONT_OPENXR)
     find_package(OpenXR CONFIG REQUIRED)  # its headers: the loader is opened at run time, in a headset only

@@ -8,9 +8,10 @@
 
 namespace typodont::haptics {
 
-/// Of every guarded device; clear_emergency_all() ends it. Any thread.
-void emergency_stop_all() noexcept;
-void clear_emergency_all() noexcept;
+/// From its next tick on, every live session of this process gives no force and stops its drill, and every device with
+/// motors gets zero at its next write. After the end, the force returns to a hand that is free of contact. Any thread.
+void set_emergency_stop(bool on) noexcept;
+bool emergency_stopped() noexcept;
 
 /// For example "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);

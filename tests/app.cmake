@@ -2,7 +2,7 @@ typodont_test(unit_app_surroundings KIND unit SOURCES unit/app_surroundings_test
 typodont_test(unit_app_looks KIND unit SOURCES unit/app_looks_test.cpp unit/app_handpiece_test.cpp unit/app_hud_test.cpp unit/color_vision_test.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp acceptance/app_bad_input_test.cpp
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_soft_gum_test.cpp acceptance/app_expert_test.cpp acceptance/app_live_expert_test.cpp
-              acceptance/app_files_test.cpp acceptance/app_options_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
+              acceptance/app_files_test.cpp acceptance/app_recorded_files_test.cpp acceptance/app_options_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
               LIBS typodont_app)
 typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session hdf5::hdf5)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
@@ -31,6 +31,7 @@ if(TYPODONT_WINDOW)
   typodont_test(bench_mouse KIND bench SOURCES bench/mouse_trial.cpp support/mouse_user.cpp LIBS typodont_app)
   target_compile_definitions(bench_mouse PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(bench_mouse typodont)
+  typodont_test(acceptance_emergency KIND acceptance SOURCES acceptance/emergency_key_test.cpp LIBS typodont_app PkgConfig::XEXT WINDOW)
   typodont_test(acceptance_player KIND acceptance SOURCES acceptance/app_player_test.cpp acceptance/app_view_key_test.cpp acceptance/app_mouse_test.cpp LIBS typodont_render typodont_session WINDOW)
   target_compile_definitions(acceptance_player PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(acceptance_player typodont)

@@ -124,8 +124,6 @@ struct Wiring {
   // From the render thread (window) to the servo thread: index of the tool that the user chose by a key; negative: the
   // user chose none, so the hand's device determines the tool
   std::atomic<std::int32_t> chosen_tool{-1};
-  /// from the render thread to the servo thread: true while the emergency stop is on; the drill is then off
-  std::atomic<bool> held{false};
   std::atomic<Nanos> session_zero{
       /// from the servo thread to the other threads: ns, time of the machine's clock at which the session's time is
       /// zero; 0: the session has not begun

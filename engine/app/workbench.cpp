@@ -37,7 +37,6 @@
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
-#include "engine/display/keys.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/device_safety.h"
@@ -55,7 +54,7 @@ using namespace std::chrono_literals;
 constexpr double kStuckDistance = 3e-3;
 // ns, only a tool that is caught in the tissue for longer than this is reported to the user
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
-constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
+constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
 // change of the drill's speed per key press, as a fraction of the motor's full speed
@@ -121,7 +120,7 @@ struct Workbench::Impl {
   std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
-  bool held = false, hand_gone = false;
+  bool hand_gone = false;
   // The session's threads wait here until all of them exist and the recording has its name.
   struct Gate {
     enum State { kShut, kOpen, kClosed };
@@ -175,7 +174,6 @@ struct Workbench::Impl {
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
-  void hold(bool on) noexcept;
   void report_hand();
   double caught() const;
   std::string hint() const;
@@ -192,6 +190,7 @@ struct Workbench::Impl {
 };
 
 void Workbench::Impl::set_up() {
+  haptics::set_emergency_stop(false);  // of an earlier session
   // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = usual_rig(scene, "window");
@@ -290,6 +289,7 @@ void Workbench::Impl::set_up() {
                     LivePicture::Options{.operated = options.operated,
                                          .steered = options.steered,
                                          .embedded = options.embedded,
+                                         .urgent = emergency_keys(),
                                          .cursor = pointer.has_value(),
                                          .monitor = options.monitor,
                                          .language = options.language,
@@ -457,11 +457,6 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   }
 }
 
-void Workbench::Impl::hold(bool on) noexcept {
-  held = on;
-  set_emergency_stop(session->wiring, on);
-}
-
 /// Reports a device that was unplugged, and a device that is connected again, once each.
 void Workbench::Impl::report_hand() {
   const bool gone = (tick.faults & bits(Fault::kDeviceLost)) != 0;
@@ -486,7 +481,7 @@ std::string Workbench::Impl::hint() const {
   const auto number = [&](double value, int decimals) { return session::number_text(value, decimals, language); };
   const RecordState& record = session->wiring.record_to_render.front();
   std::vector<std::string> parts;
-  if (held) {
+  if (haptics::emergency_stopped()) {
     parts = {words("stopped"), words("continue")};
   } else if (hand_gone) {
     parts = {words("hand_gone")};
@@ -525,11 +520,9 @@ std::string Workbench::Impl::hint() const {
   return fmt::format("{}", fmt::join(parts, kHudGap));
 }
 
-/// Handles the keys. 1 … 9 select a tool of the tool set. Space and Esc begin the emergency stop; kGoOnKey ends it.
+/// Handles the keys, except emergency_keys(). 1 … 9 select a tool of the tool set.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
-    if (key == kHoldKey || key == display::keys::kEscape) hold(true);
-    if (key == kGoOnKey) hold(false);
     if (key == kViewKey && !options.operated) picture->show_next_view();
     if (key == kSuctionKey) picture->switch_suction();
     if (key == kSprayKey) picture->switch_spray();
@@ -800,7 +793,7 @@ void Workbench::choose_phase_tool() {
   impl_->session->wiring.settings.publish(impl_->settings);
 }
 bool Workbench::held() const {
-  return impl_->held;
+  return haptics::emergency_stopped();
 }
 bool Workbench::asked_to_stop() {
   return g_asked_to_stop;
@@ -874,7 +867,7 @@ PictureStage* Workbench::stage() {
   return impl_->picture ? impl_->picture->stage() : nullptr;
 }
 void Workbench::hold(bool on) noexcept {
-  impl_->hold(on);
+  haptics::set_emergency_stop(on);
 }
 void Workbench::ask(TissueCommand command) {
   impl_->session->wiring.tissue_commands.push(command);

@@ -195,7 +195,7 @@ class Workbench {
   /// is drawn.
   PictureStage* stage();
 
-  /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).
+  /// Switches the emergency stop on or off. While it is on, drill and force are off (haptics/device_safety.h).
   void hold(bool on) noexcept;
   /// Requests undo, redo or saving of the tissue. The carver thread executes the request in the next pass of its loop.
   /// Render thread only.

@@ -133,6 +133,12 @@ bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 
+/// Keys that must not wait for a frame, with the codes of UserInput::pressed.
+struct UrgentKeys {
+  std::vector<int> codes;
+  std::function<void(int code)> pressed;  // must not block
+};
+
 #ifdef TYPODONT_WINDOW
 struct WindowOptions {
   std::string title = "Typodont";
@@ -143,6 +149,8 @@ struct WindowOptions {
   /// a Compositor fills them; in memory with software rendering
   bool composed = false;
   double most_frames_per_second = 120;  // Hz, if presenting does not wait
+  /// With X11, a thread of the window's own calls `pressed`; otherwise poll() does.
+  UrgentKeys urgent;
 };
 /// For Device::create. Throws Error without a desktop.
 std::vector<const char*> window_extensions();

@@ -20,8 +20,7 @@ constexpr double kNoise = 5e-4;             // m, noise of a resting hand
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns, watchdog without force
 constexpr double kPedalReleased = 0.05;
 
-std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // later devices give no force, either
+std::atomic<bool> all_stopped{false};
 
 }  // namespace
 
@@ -37,7 +36,6 @@ SafeDevice::Options SafeDevice::options_for(const DeviceInfo& info) {
 SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     : device_(std::move(device)), options_(std::move(options)), info_(device_->info()) {
   if (!options_.clock) options_.clock = [] { return now(); };
-  emergency_.store(all_stopped.load());
   info_.force_limit = std::min(info_.force_limit, options_.limits.force);
   info_.torque_limit = std::min(info_.torque_limit, options_.limits.torque);
   gives_force_ = info_.force_limit > 0;
@@ -57,17 +55,9 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
       });
     }
   }
-  for (auto& slot : hands) {
-    SafeDevice* empty = nullptr;
-    if (slot.compare_exchange_strong(empty, this)) break;
-  }
 }
 
 SafeDevice::~SafeDevice() {
-  for (auto& slot : hands) {
-    SafeDevice* mine = this;
-    if (slot.compare_exchange_strong(mine, nullptr)) break;
-  }
   ending_.store(true);
   if (watchdog_.joinable()) watchdog_.join();
   if (gives_force_) {
@@ -179,7 +169,7 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
     pedal_locked_ = true;
     note(SafetyEvent::kPedalStuck);
   }
-  if (emergency_.load()) pedal_locked_ = true;
+  if (all_stopped.load()) pedal_locked_ = true;
   if (pedal_locked_ || (gives_force_ && !armed_)) sample.pedal = 0;
 }
 
@@ -208,7 +198,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (forces_forbidden()) return send_zero();
 
   // After the required time free of contact.
-  const bool stop = emergency_.load();
+  const bool stop = all_stopped.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
@@ -221,12 +211,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
     send_zero();
     return;
   }
-  if (stop) {
-    gain_ -= dt_ / limits.ramp_out;
-    if (gain_ < 1e-9) return trip(SafetyEvent::kEmergency);
-  } else {
-    gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
-  }
+  if (stop) return trip(SafetyEvent::kEmergency);
+  gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
 
   // Each only reduces: the order does not matter.
   dvec3 f = f_T_W;
@@ -260,18 +246,12 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   send(last_f_, last_tau_);
 }
 
-void emergency_stop_all() noexcept {
-  all_stopped.store(true);
-  for (auto& slot : hands) {
-    if (SafeDevice* hand = slot.load()) hand->emergency_stop();
-  }
+void set_emergency_stop(bool on) noexcept {
+  all_stopped.store(on);
 }
 
-void clear_emergency_all() noexcept {
-  all_stopped.store(false);
-  for (auto& slot : hands) {
-    if (SafeDevice* hand = slot.load()) hand->clear_emergency();
-  }
+bool emergency_stopped() noexcept {
+  return all_stopped.load(std::memory_order_relaxed);
 }
 
 }  // namespace typodont::haptics

@@ -48,9 +48,6 @@ class SafeDevice : public HapticDevice {
 
   // The following functions are for any thread.
   void release() noexcept override;
-  /// Zero within 15 ms; force and drill stay off until cleared.
-  void emergency_stop() noexcept { emergency_.store(true); }
-  void clear_emergency() noexcept { emergency_.store(false); }
   /// Returns all events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
@@ -90,7 +87,6 @@ class SafeDevice : public HapticDevice {
   double pedal_held_ = 0;
 
   // The servo thread and the watchdog thread use the following members.
-  std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
   std::atomic<bool> force_out_{false};  // true if the device may be applying a force
   std::atomic<bool> tripped_{false};    // the watchdog sent zero force, and the servo does not know yet

@@ -19,7 +19,6 @@ struct SafetyLimits {
   // m/s of the hand; faster: broken encoder, or out of control
   double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises after it was enabled
-  double ramp_out = 0.015;   // s until an emergency stop reaches zero force, below 20 ms
   double free_force = 0.02;  // N, model force below which the hand is free of contact
   double free_time = 0.05;   // s free of contact before the force returns
   double silence = 1.8e-3;   // s without a write, then the watchdog sends zero force

@@ -48,11 +48,12 @@ void Servo::State::limit(ContactTick& now) noexcept {
     const double size = glm::length(change);
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
   }
-  const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
-  if (!now.touching() && !fades) l.ramp = 1;  // no force left to ramp
-  if (fades || l.ramp < 1) {
-    l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  const bool stopped = now.hand.faults & bits(Fault::kHeld);
+  if (!now.touching() && !l.ending) l.ramp = 1;  // no force left to ramp
+  if (l.ending || l.ramp < 1) {
+    l.ramp = std::clamp(l.ramp + (l.ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   }
+  if (stopped) l.ramp = 0;
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
   if (magnitude * fraction > settings.force_limit) {

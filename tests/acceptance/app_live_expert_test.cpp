@@ -19,6 +19,7 @@
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
 #include "engine/session/task.h"
+#include "haptics/device_safety.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont {
@@ -84,7 +85,7 @@ class LiveExpert : public testing::Test {
       CarverTurns carver(s);
       for (std::uint64_t tick = 0; servo.turn(); ++tick) {
         g_clock += 1'000'000;
-        s.wiring.held = tick >= hold_from && tick < hold_to;
+        haptics::set_emergency_stop(tick >= hold_from && tick < hold_to);
         meter.add({&s.last, 1});
         if (tick % static_cast<std::uint64_t>(late) == 0) carver.turn(), recorder.turn();
       }

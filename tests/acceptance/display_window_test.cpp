@@ -4,6 +4,7 @@
 
 #include <array>
 #include <chrono>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <thread>
@@ -123,6 +124,32 @@ TEST_F(Window, APartialUpdateKeepsTheRestOfThePicture) {
   EXPECT_TRUE(shown_as_drawn({400, 300}, true));
   window->resize({600, 450});
   EXPECT_TRUE(shown_as_drawn({600, 450}, true)) << "all of it, where nothing was kept";
+}
+
+TEST_F(Window, UrgentKeysReachTheirListenerInOrderWhileNobodyPollsTheWindow) {
+  std::mutex mutex;
+  std::vector<int> heard;
+  const auto so_far = [&] {
+    const std::lock_guard lock(mutex);
+    return heard;
+  };
+  const std::unique_ptr<display::Output> other = display::make_window(
+      device, {.title = "urgent", .size = {200, 150}, .urgent = {{' ', 256, 'R'}, [&](int code) {
+                                                                   const std::lock_guard lock(mutex);
+                                                                   heard.push_back(code);
+                                                                 }}});
+  Desktop::xdotool("search --sync --name urgent windowfocus --sync key --delay 50 Escape r x space");
+  for (int i = 0; i < 1200 && so_far().size() < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const std::vector<int> expected{256, 'R', ' '};
+  EXPECT_EQ(so_far(), expected);
+  std::vector<int> polled;
+  for (int i = 0; i < 1200 && polled.size() < 4; ++i) {
+    const std::vector<int> pressed = other->poll().pressed;
+    polled.insert(polled.end(), pressed.begin(), pressed.end());
+    other->wait(kNanosPerSecond / 10);
+  }
+  EXPECT_EQ(polled, (std::vector<int>{256, 'R', 'X', ' '})) << "poll() returns them as well";
+  EXPECT_EQ(so_far(), expected) << "once each";
 }
 
 TEST_F(Window, SurvivesManyResizesInARow) {

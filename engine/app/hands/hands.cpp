@@ -9,6 +9,7 @@
 #include "engine/app/assets.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
+#include "engine/display/keys.h"
 #include "haptics/device_safety.h"
 #include "haptics/devices.h"
 
@@ -157,9 +158,9 @@ void LoopStatistics::publish() noexcept {
   wiring_.tapes.loop.write(report_);
 }
 
-void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
-  wiring.held = hold;
-  hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
+display::UrgentKeys emergency_keys() {
+  constexpr int kEnd = 'R';
+  return {{' ', display::keys::kEscape, kEnd}, [](int key) { haptics::set_emergency_stop(key != kEnd); }};
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand) {

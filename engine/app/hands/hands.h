@@ -10,6 +10,7 @@
 #include "engine/app/wiring.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/display_rig.h"
+#include "engine/display/output.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {
@@ -86,10 +87,9 @@ class PedalInterlock {
   bool locked_ = false;
 };
 
-/// Switches the emergency stop on (`hold` true) or off. When it is switched on, the drill stops, and the force of every
-/// device with motors ramps down to zero. After it is switched off, the force stays zero until the hands are free of
-/// contact. Called by the render thread.
-void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
+/// Space and Esc begin the emergency stop, R ends it (haptics/device_safety.h). One thread acts on all three, so the
+/// last key counts.
+display::UrgentKeys emergency_keys();
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),
 /// the suction tip. A sample from before the session has the time -1.

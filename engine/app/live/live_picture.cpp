@@ -78,6 +78,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
+  look.urgent = options_.urgent;
   look.hud = !options_.operated;  // if the operator's window shows the texts, they are not drawn over the picture
   look.force_in_hud = !options_.steered;
   look.device = device;

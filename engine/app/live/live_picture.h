@@ -24,8 +24,9 @@ class LivePicture {
   struct Options {
     // true: the operator's window shows the texts of the session, so this picture shows no texts
     bool operated = false;
-    bool steered = false;   // true: an experiment asks about the force, so the picture does not show the force
-    bool embedded = false;  // true: the picture appears in the operator's window; false: it has its own window
+    bool steered = false;        // true: an experiment asks about the force, so the picture does not show the force
+    bool embedded = false;       // true: the picture appears in the operator's window; false: it has its own window
+    display::UrgentKeys urgent;  // of its own window
     /// true: draws dots and a ring that show the point below the tool, for a hand that the user sees only on the screen
     bool cursor = false;
     int monitor = -1;  // number of the monitor for full screen; -1: no full screen

@@ -5,6 +5,7 @@
 #include "engine/app/live/session.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "haptics/device_safety.h"
 #include "haptics/soft_tissue.h"
 #include "haptics/work.h"
 
@@ -41,7 +42,7 @@ bool ServoTurns::turn() noexcept {
   if (chosen >= 0) sample_.tool = static_cast<std::uint32_t>(chosen);
   side_.take_patch(wiring.patch, woke);
   if (ticks_ == 0) wiring.session_zero = woke - sample_.t;
-  const bool held = wiring.held.load(std::memory_order_relaxed);
+  const bool held = haptics::emergency_stopped();
   sample_.pedal = pedal_.pass(sample_.pedal, held);
   if (wiring.settings.fetch()) {
     settings_ = wiring.settings.front();

@@ -120,8 +120,11 @@ void InterfaceWindow::open() {
   device_ = make_device(options_.validation);
   ring_ = gpu::FrameRing::create(device_);
 #ifdef TYPODONT_WINDOW
-  output_ = display::make_window(
-      device_, {.title = options_.title, .size = options_.size, .fits_screen = true, .most_frames_per_second = 60});
+  output_ = display::make_window(device_, {.title = options_.title,
+                                           .size = options_.size,
+                                           .fits_screen = true,
+                                           .most_frames_per_second = 60,
+                                           .urgent = options_.urgent});
 #endif
   scale_ = output_->scale();
   build_fonts();

@@ -31,6 +31,7 @@ class InterfaceWindow {
     std::string title = "Typodont";
     display::ivec2 size{1280, 800};
     bool validation = false;
+    display::UrgentKeys urgent{};
   };
   /// Throws Error without desktop, or a Vulkan device that can draw to it.
   explicit InterfaceWindow(const Options& options);

@@ -31,7 +31,9 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/display/keys.h"
 #include "engine/session/session_file.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 
@@ -508,7 +510,9 @@ class Operator {
         });
   }
 
-  InterfaceWindow window_{InterfaceWindow::Options{}};
+  // On every page. Each session begins without an emergency stop.
+  InterfaceWindow window_{InterfaceWindow::Options{
+      .urgent = {{' ', display::keys::kEscape}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;
   Choices choices_{s_, window_};
   SessionDesk desk_{s_, window_};

@@ -223,6 +223,7 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
     window.output = options.monitor;
     window.stereo_surface = rig.screen.layout == display::Layout::kFrameSequential;
     window.composed = true;
+    window.urgent = options.urgent;
     output_ = display::make_window(device_, window);
   }
 #endif

@@ -89,6 +89,7 @@ class PictureStage {
     bool window = false;    // false: the pictures are drawn offscreen; the user's head is tracked only with a window
     bool embedded = false;  // true: only pictures() are drawn, for the caller's window; no screen is composed
     gpu::Device* device = nullptr;  // the caller's GPU device; null: the PictureStage creates its own
+    display::UrgentKeys urgent;     // of the window
     int monitor = -1;               // number of the monitor for full screen; −1: no full screen
     bool hud = true;
     bool force_in_hud = true;

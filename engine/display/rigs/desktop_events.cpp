@@ -17,6 +17,15 @@ _XDisplay* x_server() {
   return display_of ? display_of() : nullptr;
 }
 
+std::string x_server_name() {
+  return DisplayString(x_server());
+}
+
+unsigned long x_window(GLFWwindow* window) {
+  static const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
+  return window_of && x_server() ? window_of(window) : 0;
+}
+
 std::uint64_t take_desktop_events() {
   static std::uint64_t news = 0;
   ::Display* const server = x_server();

@@ -19,6 +19,9 @@ namespace typodont::display {
 
 namespace {
 
+// rows; the server looks for keys between two requests
+constexpr int kBand = 64;
+
 bool refused;  // true if the X server refused to attach the memory
 int note_refusal(::Display*, XErrorEvent*) {
   refused = true;
@@ -100,8 +103,9 @@ class XPicture final : public SharedPicture {
     else
       copy(parts);
     for (const Part& p : parts)
-      XShmPutImage(display_, window_, context_, shared_, p.x, p.y, p.x, p.y, static_cast<unsigned>(p.width),
-                   static_cast<unsigned>(p.height), False);
+      for (int y = p.y; y < p.y + p.height; y += kBand)
+        XShmPutImage(display_, window_, context_, shared_, p.x, y, p.x, y, static_cast<unsigned>(p.width),
+                     static_cast<unsigned>(std::min(kBand, p.y + p.height - y)), False);
     XFlush(display_);
   }
   ivec2 size() const override { return size_; }
@@ -151,9 +155,8 @@ class XPicture final : public SharedPicture {
 
 std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwindow* window, bool composed) {
   ::Display* const display = x_server();
-  const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
-  if (!display || !window_of || !XShmQueryExtension(display)) return nullptr;
-  const ::Window id = window_of(window);
+  const ::Window id = x_window(window);
+  if (id == 0 || !XShmQueryExtension(display)) return nullptr;
   XWindowAttributes looks{};
   if (!XGetWindowAttributes(display, id, &looks)) return nullptr;
   const ::Visual& v = *looks.visual;

@@ -15,6 +15,7 @@
 #include "engine/display/button_queue.h"
 #include "engine/display/output.h"
 #include "engine/display/rigs/desktop_events.h"
+#include "engine/display/rigs/key_thread.h"
 #include "engine/display/rigs/shared_picture.h"
 
 namespace typodont::display {
@@ -67,7 +68,7 @@ class Window final : public Output {
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) { self(w).events_.wheel += y; });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { self(w).exposed_ = true; });
     glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
-      if (action == GLFW_PRESS) self(w).events_.pressed.push_back(key);
+      if (action == GLFW_PRESS) self(w).press(key);
       self(w).events_.keys.push_back({key, action != GLFW_RELEASE});
     });
     glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) {
@@ -88,6 +89,7 @@ class Window final : public Output {
         create_surface();
         create_swapchain();
       }
+      listen();
     } catch (...) {
       destroy();
       throw;
@@ -222,6 +224,18 @@ class Window final : public Output {
 
  private:
   static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
+
+  void press(int key) {
+    events_.pressed.push_back(key);
+    const std::vector<int>& urgent = options_.urgent.codes;
+    if (!key_thread_ && std::find(urgent.begin(), urgent.end(), key) != urgent.end()) options_.urgent.pressed(key);
+  }
+  void listen() {
+    std::vector<KeyThread::Key> keys;
+    for (const int code : options_.urgent.codes) keys.push_back({glfwGetKeyScancode(code), code});
+    const auto id = static_cast<std::uint32_t>(x_window(window_));
+    if (!keys.empty() && id != 0) key_thread_.emplace(x_server_name(), id, std::move(keys), options_.urgent.pressed);
+  }
 
   /// Slow: a round trip.
   void ask() {
@@ -387,6 +401,7 @@ class Window final : public Output {
   }
 
   void destroy() {
+    key_thread_.reset();
     shared_.reset();
     destroy_swapchain();
     if (surface_) vkDestroySurfaceKHR(device_.instance, surface_, nullptr);
@@ -398,6 +413,7 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
+  std::optional<KeyThread> key_thread_;     // without X11: none, the keys act in poll()
   std::unique_ptr<SharedPicture> shared_;   // if set, it is used instead of Vulkan's swapchain
   std::optional<std::vector<Part>> parts_;  // parts of the last target that were drawn
   std::function<void()> finish_;            // composes the last target on the CPU

@@ -1,0 +1,37 @@
+// Reads keys of an X11 window on a connection and a thread of its own, so that no key waits for a frame.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+struct xcb_connection_t;
+
+namespace typodont::display {
+
+class KeyThread {
+ public:
+  struct Key {
+    int scancode = 0;  // X11's keycode
+    int code = 0;      // passed to `pressed`
+  };
+  /// `server`: as in DISPLAY. `window`: X11's number; must exist until the destructor, which ends the thread. Throws
+  /// Error.
+  KeyThread(const std::string& server, std::uint32_t window, std::vector<Key> keys, std::function<void(int)> pressed);
+  ~KeyThread();
+  KeyThread(const KeyThread&) = delete;
+  KeyThread& operator=(const KeyThread&) = delete;
+
+ private:
+  void run() const noexcept;
+
+  std::vector<Key> keys_;
+  std::function<void(int)> pressed_;
+  xcb_connection_t* server_;
+  int end_;  // event descriptor that ends the thread
+  std::thread thread_;
+};
+
+}  // namespace typodont::display
