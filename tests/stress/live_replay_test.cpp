@@ -20,6 +20,7 @@
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
+#include "haptics/device_safety.h"
 #include "tests/support/campaign.h"
 #include "tests/support/session_fixture.h"
 
@@ -128,6 +129,7 @@ struct Counts {
 void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::path& file, Counts& counts) {
   Random random(seed);
   g_clock = 1'000'000'000;
+  haptics::set_emergency_stop(false);
   RandomHand hand(seed * 7919 + 1, static_cast<int>(haptics::tool_set(scene.servo).size()));
   LiveSession s(scene, load_tissue(scene));
   s.record = true;
@@ -163,7 +165,8 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
       s.wiring.tissue_commands.push(random.chance(0.6) ? TissueCommand::kUndo : TissueCommand::kRedo);
       if (random.chance(0.3)) s.wiring.tissue_commands.push(TissueCommand::kUndo);
     }
-    if (random.chance(s.wiring.held ? 0.1 : 0.001)) s.wiring.held = !s.wiring.held;
+    const bool stopped = haptics::emergency_stopped();
+    if (random.chance(stopped ? 0.1 : 0.001)) haptics::set_emergency_stop(!stopped);
     if (random.chance(0.005)) {
       SessionSettings settings;
       settings.speed_fraction = random.in(0.4, 1), settings.force_fraction = random.in(0, 1);
@@ -273,6 +276,71 @@ TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   const ReplayResult replayed = replay_session(session::SessionReader(file));
   EXPECT_TRUE(replayed.identical) << replayed.what_differs;
   EXPECT_EQ(replayed.ticks, s.last.index + 1);
+}
+
+/// Drills to and fro in the top of the block.
+class DrillingHand : public haptics::HapticDevice {
+ public:
+  DrillingHand() { info_.address = "drilling:"; }
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+  bool read(haptics::HandSample& sample) noexcept override {
+    g_clock += 1'000'000;
+    sample = {};
+    sample.t = g_clock;
+    const double s = to_seconds(++ticks_ * Nanos{1'000'000});
+    sample.X_WT.p = {1.5e-3 * std::sin(3 * s), 0, std::max(4.5e-3 - 5e-3 * s, 2.6e-3)};
+    sample.pedal = 1;
+    return true;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+
+ private:
+  haptics::DeviceInfo info_;
+  int ticks_ = 0;
+};
+
+TEST(LiveReplay, UndoRestoresTheTissueAlsoIfItIsPaintedWhileTheBurCuts) {
+  const TemporaryFolder folder;
+  const std::filesystem::path scene_file = folder / "scene.json";
+  std::ofstream(scene_file) << kScene;
+  for (const char* model : {"offset", "packing"}) {
+    Scene scene = read_scene(scene_file);
+    choose_model(scene, model);
+    g_clock = 1'000'000'000;
+    haptics::set_emergency_stop(false);
+    DrillingHand hand;
+    LiveSession s(scene, load_tissue(scene));
+    s.operated = true;
+    s.serve(hand.info());
+    const std::uint64_t untouched = s.carver.volume().hash();
+    s.wiring.patch.offer(s.carver, dvec3(0, 0, 4.5e-3));
+    ServoTurns servo(s, hand, simulated);
+    CarverTurns carver(s);
+    std::uint64_t cuts = 0;
+    for (int i = 0; i < 1500; ++i) {
+      ASSERT_TRUE(servo.turn());
+      if (i > 700 && i % 20 == 0) {
+        BrushMove move;
+        move.begins = i % 200 == 0;
+        move.stroke.a_W = {-2e-3, -1e-3 + i * 1e-6, 2.2e-3};
+        move.stroke.b_W = {2e-3, -1e-3 + i * 1e-6, 2.2e-3};
+        s.wiring.paint_to_carver.push(move);
+      }
+      if (i % 3 == 0) carver.turn();
+      cuts = s.carver.cuts();
+    }
+    carver.turn();
+    EXPECT_GT(cuts, 200u) << model;
+    const std::size_t strokes = s.carver.strokes().done;
+    EXPECT_GT(strokes, 5u) << model;
+    for (std::size_t i = 0; i < strokes; ++i) {
+      s.wiring.tissue_commands.push(TissueCommand::kUndo);
+      carver.turn();
+    }
+    EXPECT_EQ(s.carver.strokes().done, 0u) << model;
+    EXPECT_EQ(s.carver.volume().hash(), untouched) << model;
+    carver.finish();
+  }
 }
 
 TEST(LiveReplay, StandardArithmeticRestoresDenormalNumbersInAThread) {

@@ -80,10 +80,10 @@ void execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) 
   if (s.side.edit(redo)) s.book.edited(redo, s.carver.strokes());
 }
 
-/// Applies a part of a brush stroke, which the user can undo. Returns false if the brush touched no tissue; such a part
-/// is not recorded.
-bool brush(LiveSession& s, const BrushMove& move) {
-  if (move.begins) {
+/// Applies a part of a brush stroke, which the user can undo. `begins`: in a stroke of its own. Returns false if the
+/// brush touched no tissue; such a part is not recorded.
+bool brush(LiveSession& s, const BrushMove& move, bool begins) {
+  if (begins) {
     s.carver.end_stroke();
     s.carver.volume().begin_stroke();
   }
@@ -102,6 +102,7 @@ struct CarverTurns::Impl {
   BrickQueue to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
   Nanos meshed = 0;
   bool first = true;
+  bool brush_open = false;  // the newest stroke is one of the brush; a cut or an undo ends it
 
   void pause() const {
     if (between) between();
@@ -114,6 +115,7 @@ struct CarverTurns::Impl {
 CarverSide::Read CarverTurns::Impl::follow_servo(bool to_end) {
   return s.side.follow(
       [&](const Cut& cut) {
+        brush_open = false;
         if (s.operated) s.book.cut(cut, s.carver.strokes());
       },
       to_end);
@@ -130,13 +132,15 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   TissueCommand command;
   while (wiring.tissue_commands.pop(command)) {
     execute_command(s, command, saver);
+    brush_open = false;
     done.worked = true;
     pause();
   }
   BrushMove move;
   bool painted = false;
   while (wiring.paint_to_carver.pop(move)) {
-    painted |= brush(s, move);
+    painted |= brush(s, move, move.begins || !brush_open);
+    brush_open = true;
   }
   // The tissue that the servo gets next shall contain its newest cuts.
   const CarverSide::Read after = follow_servo();

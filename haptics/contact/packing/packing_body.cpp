@@ -104,8 +104,8 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  // The user has added brush strokes to the volume. Adds one entry to the list of strokes, so that undo includes them.
-  if (volume_.strokes().done > strokes_in_field()) {
+  // The user has added brush strokes to the volume. Adds them to the list of strokes, so that undo includes them.
+  for (std::size_t known = strokes_in_field(); known < volume_.strokes().done; ++known) {
     done_.push_back({{}, true});
     undone_.clear();
   }
