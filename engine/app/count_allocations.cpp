@@ -1,17 +1,38 @@
 // Replaces operator new in the program typodont. The replacement counts allocations, and keeps two reserves of memory.
 // Some destructors, for example those of OpenVDB's trees, allocate memory. If such an allocation fails while an
-// exception is handled, the C++ runtime aborts the program. With the reserves, the allocation succeeds. This file is
-// not in the library, because the tests have their own operator new.
+// exception is handled, the C++ runtime aborts the program. With the reserves, the allocation succeeds. Also ends the
+// program if there is no memory to start its libraries. This file is not in the library, because the tests have their
+// own operator new.
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <string_view>
 
 #include "engine/app/work_counts.h"
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace {
+
+// Libraries start threads while they are loaded, before main(), and would abort without memory for them.
+constexpr std::size_t kToStart = 64 << 20;  // bytes
+void require_memory_to_start() {
+  void* const room =
+      ::mmap(nullptr, kToStart, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room != MAP_FAILED) {
+    ::munmap(room, kToStart);
+    return;
+  }
+  constexpr std::string_view kWords = "error: The operating system granted this program no memory to start.\n";
+  [[maybe_unused]] const ssize_t written = ::write(2, kWords.data(), kWords.size());
+  ::_exit(1);
+}
+// The loader calls the functions of this section before those of any library.
+[[gnu::section(".preinit_array"), gnu::used]] void (*const g_before_libraries)() = require_memory_to_start;
 
 // If this function were inlined, GCC would warn wrongly that memory from operator new is passed to free.
 [[gnu::noinline]] void release(void* p) noexcept {
