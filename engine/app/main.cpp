@@ -11,6 +11,7 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
@@ -22,6 +23,7 @@
 #include "engine/app/recording/replay_hand.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/harmless.h"
 #include "engine/base/input_file.h"
 #include "engine/base/interrupt.h"
 #include "engine/base/log.h"
@@ -43,6 +45,23 @@ static int written_out() {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
   typodont::log::error("standard output: {}", std::strerror(errno ? errno : EIO));
   return 1;
+}
+
+/// Lets no control character of a file's name reach a terminal through standard output.
+static void print_harmless_text() {
+  if (!::isatty(STDOUT_FILENO)) return;
+  const cookie_io_functions_t functions{.read = nullptr,
+                                        .write = [](void*, const char* text, std::size_t size) -> ssize_t {
+                                          std::string harmless(text, size);
+                                          typodont::make_harmless(harmless);
+                                          return ::write(STDOUT_FILENO, harmless.data(), size);
+                                        },
+                                        .seek = nullptr,
+                                        .close = nullptr};
+  std::FILE* const terminal = ::fopencookie(nullptr, "w", functions);
+  if (!terminal) return;
+  std::setvbuf(terminal, nullptr, _IOLBF, BUFSIZ);
+  stdout = terminal;
 }
 
 /// Lets no write to standard error wait for its reader, also not one of a library: a pipe or a terminal is opened
@@ -130,6 +149,7 @@ int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
   never_wait_for_standard_error();
+  print_harmless_text();
   keep_freed_memory();
   try {
     return run_program(argc, argv);

@@ -9,6 +9,8 @@
 #include <exception>
 #include <string>
 
+#include "engine/base/harmless.h"
+
 namespace typodont::log {
 
 namespace {
@@ -36,10 +38,7 @@ void write(std::string_view level, std::string_view text) noexcept {
   try {
     const std::uint64_t before = g_dropped_unreported.exchange(0);
     std::string line = fmt::format("{}{}\n", level, text);
-    // A name from a file could contain commands for the terminal.
-    std::replace_if(
-        line.begin(), line.end(), [](char c) { return (c >= 0 && c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; },
-        '?');
+    make_harmless(line);
     if (before > 0) line.insert(0, fmt::format("warning: {} messages before this one could not be written\n", before));
     if (raw(line)) return;
     g_dropped_unreported += before;

@@ -27,6 +27,7 @@ using namespace test;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": {"shape": "sphere", "diameter_mm": 1.0}})";
@@ -207,6 +208,18 @@ TEST_F(FilesOfCommands, AFailedWriteToStandardOutputIsAFailure) {
   }
 }
 
+TEST_F(FilesOfCommands, ControlCharactersOfANameDoNotReachATerminal) {
+  folder.write("command",
+               in_folder("'" TYPODONT_PROGRAM "' servo {}/scene.json --hand {}/hand.csv --out '{}/\x1b]0;title.h5'"));
+  // `script` gives the program a terminal.
+  std::FILE* const terminal = popen(in_folder("script -qec 'sh {}/command' /dev/null").c_str(), "r");
+  ASSERT_NE(terminal, nullptr);
+  std::string said;
+  for (int c; (c = std::fgetc(terminal)) != EOF;) said += static_cast<char>(c);
+  EXPECT_EQ(pclose(terminal), 0) << said;
+  EXPECT_THAT(said, AllOf(HasSubstr("/?]0;title.h5"), Not(HasSubstr("\x1b"))));
+}
+
 TEST_F(FilesOfCommands, ASessionThatCannotSaveItsTissueSaysSoAtTheStart) {
   for (const char* command :
        {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save /nowhere/x.vdb --record {}/live.h5",
@@ -233,11 +246,11 @@ TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderO
 }
 
 #ifndef __SANITIZE_ADDRESS__  // which needs terabytes of address space
-TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecording) {
+TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryEndsWithStatusOneAndKeepsAnOlderRecording) {
   make_session();
   const std::string before = read_text(folder / "s.h5");
   int failed = 0;
-  for (int megabytes = 230; megabytes <= 310; megabytes += 5) {
+  for (int megabytes = 200; megabytes <= 312; megabytes += 3) {
     const Ran ran =
         run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record {}/s.h5",
             fmt::format("env -u DISPLAY sh -c 'ulimit -v {}; exec timeout 60 \"$@\"' sh", megabytes * 1000));
@@ -246,6 +259,8 @@ TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecording) {
       continue;
     }
     ++failed;
+    EXPECT_EQ(ran.status, 1) << megabytes << " MB: " << ran.err;
+    EXPECT_THAT(ran.err, StartsWith("error: ")) << megabytes << " MB";
     EXPECT_EQ(read_text(folder / "s.h5"), before) << megabytes << " MB: " << ran.err;
   }
   EXPECT_GT(failed, 0);
