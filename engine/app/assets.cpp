@@ -136,6 +136,10 @@ void require_allowed(const fs::path& path, const ScenePlace& place) {
 }  // namespace
 
 fs::path find_file(const fs::path& path, const ScenePlace& place) {
+  if (place.checked) {
+    const auto copy = place.checked->find(path.string());
+    if (copy != place.checked->end()) return copy->second;
+  }
   std::error_code code;
   if (path.is_absolute()) {
     require_allowed(path, place);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,14 +25,17 @@ struct ScenePlace {
   /// The scene of a recording can refer to an earlier recording, which this recording continues. This is the number of
   /// such recordings that were opened one after the other to find this scene; at most 32.
   int recordings = 0;
+  /// The files that a recording lists: by the name in its scene, a private copy with the recorded SHA-256. Null: not a
+  /// recording.
+  std::shared_ptr<const std::map<std::string, std::filesystem::path>> checked;
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Finds a file to which a scene refers. Searches for the path in the folder of `place` first, then in assets/. Throws
-/// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the error does
-/// not reveal whether the file exists.
+/// Finds a file to which a scene refers: first in place.checked. Otherwise searches for the path in the folder of
+/// `place` first, then in assets/. Throws Error if the file does not exist there, or if it lies outside the allowed
+/// folders; in the second case the error does not reveal whether the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// Returns the user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();

@@ -4,24 +4,85 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "engine/app/assets.h"
 #include "engine/base/error.h"
+#include "engine/base/sha256.h"
 #include "engine/base/units.h"
 #include "engine/session/hash.h"
-#include "haptics/solid.h"
 
 namespace typodont {
+
+namespace {
+
+/// An address with a file's name alone: folders can name users and patients.
+std::string without_folders(const std::string& address) {
+  std::error_code code;
+  for (const std::size_t start : {std::size_t{0}, address.find(':') + 1}) {
+    const std::filesystem::path file = address.substr(start);
+    if (std::filesystem::is_regular_file(file, code)) return address.substr(0, start) + file.filename().string();
+  }
+  return address;
+}
+
+/// The file that a text of a scene names, and its name in a recording; empty if it names none, or one that refers to
+/// other files of the assets.
+std::optional<std::pair<std::filesystem::path, std::string>> named_file(const std::string& text,
+                                                                        const ScenePlace& place) {
+  namespace fs = std::filesystem;
+  fs::path file;
+  try {
+    if (!fs::path(text).has_extension()) return std::nullopt;
+    file = find_file(text, place);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+  std::error_code code;
+  if (!fs::is_regular_file(file, code)) return std::nullopt;
+  if (place.checked && place.checked->contains(text)) return std::pair(file, text);
+  const fs::path in_assets =
+      fs::absolute(file).lexically_normal().lexically_relative(fs::absolute(assets_folder()).lexically_normal());
+  if (in_assets.empty() || *in_assets.begin() == "..") return std::pair(file, file.filename().string());
+  if (in_assets.extension() == ".json") return std::nullopt;
+  return std::pair(file, in_assets.string());
+}
+
+/// Adds the files that the scene's text names, and replaces their paths by names. Returns true if the text changed.
+/// Throws Error.
+bool list_files(nlohmann::ordered_json& json, const ScenePlace& place, std::vector<session::SourceFile>& files) {
+  bool changed = false;
+  if (json.is_structured()) {
+    // A row of teeth and a contact model read further files beside their own.
+    for (auto& [key, value] : json.items())
+      if (!json.is_object() || (key != "row" && key != "model")) changed = list_files(value, place, files) || changed;
+  }
+  if (!json.is_string()) return changed;
+  const auto named = named_file(json.get<std::string>(), place);
+  if (!named) return changed;
+  session::SourceFile file = session::describe_file(named->first);
+  file.path = named->second;
+  const auto known = std::find_if(files.begin() + 1, files.end(), [&](const auto& f) { return f.path == file.path; });
+  if (known == files.end()) {
+    files.push_back(file);
+  } else if (known->hash != file.hash) {
+    throw Error(named->first.string(), "", "another file of this name in the same scene", "different names");
+  }
+  changed = json != file.path;
+  json = file.path;
+  return changed;
+}
+
+}  // namespace
 
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate) {
   session::SessionHeader header;
-  header.scene_json = scene.text;
   header.model = model_name(scene);
-  header.hand = hand.address;
+  header.hand = without_folders(hand.address);
   header.tools = tool_names(scene);
   header.servo_rate = rate;
   header.vibration_band = hand.vibration_band;
@@ -29,34 +90,14 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.gives_torque = hand.torque_limit > 0;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
-  const std::filesystem::path scene_file = std::filesystem::absolute(scene.file);
-  std::error_code code;
-  if (std::filesystem::exists(scene_file, code)) {
-    header.files.push_back(session::describe_file(scene_file));
-  } else {  // a program has passed the scene as text, so there is no scene file
-    Fnv1a hash;
-    hash.bytes(scene.text.data(), scene.text.size());
-    header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});
-  }
-  if (const auto volume = scene.tissue->find("volume")) {
-    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.place))));
-  }
-  const auto add_meshes = [&](const Json& solids) {
-    for (const std::string& mesh : haptics::mesh_files(solids)) {
-      header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(mesh, scene.place))));
-    }
-  };
-  add_meshes(*scene.tissue);
-  for (const Json& item : scene.paint) add_meshes(item);
-  for (const Json& item : scene.prepare) add_meshes(item);
-  if (!scene.paint_file.empty())
-    header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
-  if (!scene.resume.empty()) {
-    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.place))));
-  }
+  Sha256 hash;
+  hash.bytes(scene.text.data(), scene.text.size());
+  header.files.push_back({scene.file.filename().string(), scene.text.size(), hash.text()});
+  nlohmann::ordered_json text = nlohmann::ordered_json::parse(scene.text);
+  header.scene_json = list_files(text, scene.place, header.files) ? text.dump(2) : scene.text;
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();
-    header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));
+    header.files.push_back(session::describe_file(rig_file));
   }
   header.date = session::iso_date_now();
   return header;

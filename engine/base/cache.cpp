@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <fstream>
 #include <utility>
@@ -38,29 +37,19 @@ std::optional<std::uint64_t> hash_of(const fs::path& file) {
   if (!fs::is_regular_file(file, code)) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
-  // FNV-1a on words of eight bytes: every start checks some ten megabytes. The shift brings upper bits into later ones,
-  // which multiplication alone does not.
-  Fnv1a hash;
+  Sha256 hash;
   std::array<char, 1 << 16> piece;  // on the stack: most files of a driver's cache are small
-  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0) {
-    const auto size = static_cast<std::size_t>(in.gcount());
-    std::size_t at = 0;
-    for (std::uint64_t word; at + sizeof word <= size; at += sizeof word) {
-      std::memcpy(&word, &piece[at], sizeof word);
-      hash.value = (hash.value ^ word) * 0x100000001b3u;
-      hash.value ^= hash.value >> 32;
-    }
-    hash.bytes(&piece[at], size - at);
-  }
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
+    hash.bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
   if (in.bad()) return std::nullopt;
-  return hash.value;
+  return hash.key();
 }
 
-void add_build(Fnv1a& key) {
+void add_build(Sha256& key) {
   key.add(build_identity());
 }
 
-bool add_file(Fnv1a& key, const fs::path& file) {
+bool add_file(Sha256& key, const fs::path& file) {
   std::error_code code;
   const auto size = fs::file_size(file, code);
   if (code) return false;

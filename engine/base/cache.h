@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "engine/base/fnv.h"
+#include "engine/base/sha256.h"
 
 namespace typodont::cache {
 
@@ -17,14 +17,14 @@ std::filesystem::path folder();
 /// `name` in the cache folder; empty without one.
 std::filesystem::path folder(const std::string& name);
 
-/// Of the content; empty if unreadable.
+/// Sha256::key() of the content; empty if unreadable.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
 /// Other sources (build_identity.h) may compute another result.
-void add_build(Fnv1a& key);
+void add_build(Sha256& key);
 
 /// Path, size and time of change, much faster than a large file's hash. False: no such file.
-bool add_file(Fnv1a& key, const std::filesystem::path& file);
+bool add_file(Sha256& key, const std::filesystem::path& file);
 
 /// The checked file of this key; empty without one, or if `in` is empty. Removes a damaged one.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);

@@ -38,9 +38,9 @@ std::string bytes_of(const fs::path& file) {
 }
 
 std::uint64_t hash_of(const std::string& text) {
-  Fnv1a hash;
+  Sha256 hash;
   hash.bytes(text.data(), text.size());
-  return hash.value;
+  return hash.key();
 }
 
 /// By relative path, without the list itself.

@@ -359,13 +359,13 @@ struct LightScene::Impl {
 
   /// Computes the key of the rays in the cache.
   std::uint64_t key_of(const BoxInWorld& box) const {
-    Fnv1a key;
+    Sha256 key;
     cache::add_build(key);
     for (const LitTriangle& t : triangles) key.bytes(t.corners.data(), sizeof t.corners);
     for (int axis = 0; axis < 3; ++axis) key.add(box.lo[axis]), key.add(box.hi[axis]);
     key.add(empty.spacing);
     key.add(tissue_mirrors);
-    return key.value;
+    return key.key();
   }
   /// Calls use(address, size in bytes) for the memory of each value that cast_rays() computes.
   template <class Use>

@@ -732,7 +732,7 @@ struct TissueLight::Impl {
   }
   /// Computes the key of the light in the cache, from all values on which the light depends.
   std::uint64_t key_of_light() const {
-    Fnv1a key;
+    Sha256 key;
     cache::add_build(key);
     key.add(spacing);
     key.add(walks);
@@ -746,7 +746,7 @@ struct TissueLight::Impl {
     key.bytes(far.images.data(), far.images.size() * sizeof far.images[0]);
     for (const glm::vec3& v : {sources.toward_lamp, sources.lamp}) key.bytes(&v, sizeof v);
     key.add(sources.lamp_half_angle);
-    return key.value;
+    return key.key();
   }
   /// Calls use(address, size in bytes) for the memory of each value that compute() computes, until a call returns
   /// false.

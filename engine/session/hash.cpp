@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/sha256.h"
 
 namespace typodont::session {
 
@@ -26,19 +27,22 @@ void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept {
   }
 }
 
-SourceFile describe_file(const std::filesystem::path& file) {
+SourceFile describe_file(const std::filesystem::path& file, std::ostream* copy) {
   std::ifstream in = open_input(file, InputKind::kAny);
   SourceFile result;
-  result.path = file.string();
-  Fnv1a hash;
+  result.path = file.filename().string();
+  Sha256 hash;
   std::array<char, 1 << 16> buffer;
   while (in) {
     in.read(buffer.data(), buffer.size());
-    hash.bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    result.bytes += static_cast<std::uint64_t>(in.gcount());
+    const std::streamsize size = in.gcount();
+    hash.bytes(buffer.data(), static_cast<std::size_t>(size));
+    if (copy && !copy->write(buffer.data(), size))
+      throw Error("copy of " + file.string(), "", std::strerror(errno), "free space in the folder for temporary files");
+    result.bytes += static_cast<std::uint64_t>(size);
   }
   if (in.bad()) throw Error(file.string(), "", std::strerror(errno), "a readable file");
-  result.hash = to_text(hash);
+  result.hash = hash.text();
   return result;
 }
 

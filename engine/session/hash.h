@@ -1,7 +1,8 @@
-// Whether files, forces or fields have the same bits. No protection against deliberate change.
+// Whether forces have the same bits, and which files a session used.
 #pragma once
 
 #include <filesystem>
+#include <ostream>
 #include <span>
 #include <string>
 
@@ -17,7 +18,7 @@ std::string to_text(const Fnv1a& hash);
 /// Every bit of forces and torques. All ticks in order from a default Fnv1a, in any pieces.
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept;
 
-/// Size and hash. Throws Error.
-SourceFile describe_file(const std::filesystem::path& file);
+/// Name without folder, size, SHA-256. Writes the same bytes to `copy`, unless null. Throws Error.
+SourceFile describe_file(const std::filesystem::path& file, std::ostream* copy = nullptr);
 
 }  // namespace typodont::session

@@ -13,11 +13,11 @@
 
 namespace typodont::session {
 
-/// A file from which the scene was built. With its hash, a replay detects whether the file was changed.
+/// A file from which the scene was built. A replay reads only a file with the same hash.
 struct SourceFile {
-  std::string path;  // path of the file as the scene states it
+  std::string path;  // as in scene_json: a file of assets/ relative to this folder, of others the name alone
   std::uint64_t bytes = 0;
-  std::string hash;  // "fnv1a64:" and 16 hexadecimal digits, see hash.h
+  std::string hash;  // "sha256:" and 64 hexadecimal digits
   bool operator==(const SourceFile&) const = default;
 };
 

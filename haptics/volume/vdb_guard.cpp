@@ -157,13 +157,13 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kNone) Walker(file).walk();
 
   // Cached by the content's hash: every start reads a scene's volume.
-  Fnv1a key;
+  Sha256 key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));
   for (const std::string& grid : grids) key.bytes(grid.data(), grid.size());
   cache::add_build(key);
   const std::filesystem::path folder = cache::folder("volumes");
-  if (const auto flat = cache::find(folder, key.value, ".flat"); !flat.empty()) return read_flat(flat, name);
+  if (const auto flat = cache::find(folder, key.key(), ".flat"); !flat.empty()) return read_flat(flat, name);
 
   std::string pattern = (std::filesystem::temp_directory_path() / "typodont_volume_XXXXXX").string();
   const int made = mkstemp(pattern.data());
@@ -176,7 +176,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   const int status = read_elsewhere(file, pattern, grids);
   if (status == 0) {
     FlatGrids result = read_flat(pattern, name);
-    cache::keep(folder, key.value, ".flat", kMostKept, [&](const std::filesystem::path& to) {
+    cache::keep(folder, key.key(), ".flat", kMostKept, [&](const std::filesystem::path& to) {
       std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
     });
     return result;

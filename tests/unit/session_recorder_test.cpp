@@ -7,9 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <thread>
 
+#include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/sha256.h"
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
@@ -513,7 +516,7 @@ TEST(SessionWriter, EntriesDroppedByTheRingsAreCountedInTheFile) {
   EXPECT_FALSE(reader.truncated());
 }
 
-TEST(Hash, FilesAndForcesHaveTheKnownFnv1aValues) {
+TEST(Hash, FilesAndForcesHaveTheKnownSha256AndFnv1aValues) {
   Fnv1a empty, a, foobar;
   a.bytes("a", 1);
   foobar.bytes("foobar", 6);
@@ -523,8 +526,19 @@ TEST(Hash, FilesAndForcesHaveTheKnownFnv1aValues) {
   EXPECT_EQ(to_text(foobar), "fnv1a64:85944171f73967e8");
   TemporaryFolder folder;
   std::ofstream(folder / "f") << "foobar";
-  EXPECT_EQ(describe_file(folder / "f").hash, "fnv1a64:85944171f73967e8");
-  EXPECT_EQ(describe_file(folder / "f").bytes, 6u);
+  std::ostringstream copy;
+  const SourceFile file = describe_file(folder / "f", &copy);
+  EXPECT_EQ(file.hash, "sha256:c3ab8ff13720e8ad9047dd39466b3c8974e592c2fa383d4a3960714caef0c4f2");
+  EXPECT_EQ(file.bytes, 6u);
+  EXPECT_EQ(file.path, "f") << "without its folder";
+  EXPECT_EQ(copy.str(), "foobar");
+  Sha256 parts, whole_text;
+  parts.bytes("foo", 3);
+  EXPECT_NE(parts.text(), file.hash);
+  parts.bytes("bar", 3);
+  EXPECT_EQ(parts.text(), file.hash) << "text() does not end it";
+  whole_text.bytes("foobar", 6);
+  EXPECT_EQ(cache::hash_of(folder / "f"), whole_text.key());
 
   auto ticks = random_ticks(100, 10);
   Fnv1a whole, pieces, other;

@@ -21,10 +21,10 @@ fs::path folder() {
 
 /// Changes with the scene's file or the program.
 std::uint64_t key_of(const fs::path& scene) {
-  Fnv1a key;
+  Sha256 key;
   cache::add_build(key);
   (void)cache::add_file(key, scene);
-  return key.value;
+  return key.key();
 }
 
 /// Empty if there is none.

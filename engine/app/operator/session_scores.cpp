@@ -23,10 +23,10 @@ constexpr std::uintmax_t kMostKept = 4 << 20;
 
 /// Changes with the session's file or the program.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
-  Fnv1a key;
+  Sha256 key;
   cache::add_build(key);
   if (!cache::add_file(key, session)) return std::nullopt;
-  return key.value;
+  return key.key();
 }
 
 }  // namespace

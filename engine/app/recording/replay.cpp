@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +18,7 @@
 #include "engine/app/session_recorder.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "engine/contract/force_law.h"
 #include "engine/session/hash.h"
@@ -28,31 +31,65 @@ namespace typodont {
 
 namespace {
 
-/// Returns the path of a file to which a recording refers. If the recording comes from another computer, the path of
-/// that computer's assets is replaced by the path of this computer's assets.
-std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
-  std::filesystem::path shipped;
-  bool in_assets = false;
-  for (const auto& part : path) {
-    if (in_assets) shipped /= part;
-    if (part == "assets") in_assets = true, shipped.clear();
-  }
+/// Private copies of the files that a recording lists.
+struct CheckedFiles {
+  TemporaryFolder folder;
+  std::map<std::string, std::filesystem::path> copies;  // by the recorded name
+};
+
+/// Files in `folder` and below that may be the recorded one: of its size, first by its name.
+std::vector<std::filesystem::path> candidates(const std::filesystem::path& folder, const session::SourceFile& file) {
+  namespace fs = std::filesystem;
+  constexpr int kDeepest = 4, kMostLooks = 20'000;
   std::error_code code;
-  if (in_assets && std::filesystem::exists(assets_folder() / shipped, code)) return find_file(shipped, place);
-  return find_file(path, place);
+  std::vector<fs::path> found{folder / file.path};
+  fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, code), end;
+  for (int looks = 0; !code && it != end && looks < kMostLooks; it.increment(code), ++looks) {
+    if (it.depth() >= kDeepest) it.disable_recursion_pending();
+    std::error_code own;
+    if (it->is_regular_file(own) && it->file_size(own) == file.bytes) found.push_back(it->path());
+  }
+  return found;
 }
 
-/// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
-/// tissue than the session.
-void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene, and the last is the display rig. Their hashes are not compared, because the recording
-  // contains the text of both files.
+/// Copies the files that a recording lists. A copy has the recorded hash, and nobody else can change it, so what is
+/// checked is what is read. Throws Error.
+std::shared_ptr<const CheckedFiles> checked_files(const session::SessionHeader& header,
+                                                  const std::vector<std::filesystem::path>& folders) {
+  namespace fs = std::filesystem;
+  auto checked = std::make_shared<CheckedFiles>();
+  // The recording contains the text of the first file, the scene, and of the last, the rig.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
-    if (session::describe_file(recorded_file(file.path, place)).hash != file.hash)
-      throw Error(file.path, "", "another content", file.hash + ", the tissue the session was made with");
+    const fs::path path = file.path;
+    if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
+      throw Error(file.path, "", "a recording that names a file outside its folder", "a name");
+    const fs::path copy = checked->folder.path() / std::to_string(i) / fs::path(file.path).filename();
+    fs::create_directory(copy.parent_path());
+    bool seen = false;
+    const auto take = [&](const fs::path& from) {
+      std::error_code code;
+      if (!fs::is_regular_file(from, code)) return false;
+      seen = seen || from.filename() == copy.filename();
+      if (fs::file_size(from, code) != file.bytes) return false;
+      std::ofstream to(copy, std::ios::binary);
+      return session::describe_file(from, &to).hash == file.hash && to.flush();
+    };
+    bool found = take(assets_folder() / file.path);
+    for (auto folder = folders.begin(); !found && folder != folders.end(); ++folder)
+      for (const fs::path& from : candidates(*folder, file))
+        if ((found = take(from))) break;
+    if (!found) {
+      std::string searched = "assets/";
+      for (const fs::path& folder : folders) searched += ", " + folder.string();
+      throw Error(file.path, "", seen ? "another content" : "no such file",
+                  fmt::format("{}, as in the session, in {}; TYPODONT_FILES allows more folders, with ':' between them",
+                              file.hash, searched));
+    }
+    checked->copies[file.path] = copy;
   }
+  return checked;
 }
 
 /// Folders in which the files of a session's scene may lie, in addition to the assets.
@@ -87,17 +124,19 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 
 }  // namespace
 
-Scene scene_of(const session::SessionReader& session, int recordings) {
+Scene scene_of(const session::SessionReader& session, const ScenePlace& from) {
   // Largest number of recordings in a chain. A recording that continues an earlier recording forms a chain with it.
   constexpr int kMostRecordings = 32;
-  if (recordings >= kMostRecordings)
+  if (from.recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
-  const std::filesystem::path scene_file = header.files.empty() ? "scene.json" : header.files[0].path;
-  ScenePlace place(scene_file.parent_path());
+  ScenePlace place(std::filesystem::absolute(session.file()).parent_path());
   place.within = folders_of(session.file());
-  place.recordings = recordings + 1;
-  require_same_files(header, place);
+  place.within.insert(place.within.end(), from.within.begin(), from.within.end());
+  place.recordings = from.recordings + 1;
+  const auto checked = checked_files(header, place.within);
+  place.checked = {checked, &checked->copies};
+  const std::filesystem::path scene_file = place.beside / (header.files.empty() ? "scene.json" : header.files[0].path);
   Scene scene = parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file, place);
   if (const std::size_t tools = haptics::tool_set(scene.servo).size(); header.tools.size() > tools)
     throw Error(session.file().string(), "header/tools", fmt::format("{} tools", header.tools.size()),

@@ -66,10 +66,10 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 
 /// Loads the scene of a session. Nobody has checked the session file, so it may refer only to files in its own folder,
 /// in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, the files may be anywhere
-/// in the user's folder. `recordings`: a session can continue another session, which can continue a third one; this is
-/// the number of sessions in this chain so far. Throws Error if the tissue is missing or has changed, or if the chain
-/// is too long.
-Scene scene_of(const session::SessionReader& session, int recordings = 0);
+/// in the user's folder. The files that the session lists are found there by their SHA-256, and private copies of them
+/// are read. `from`: place of the scene that continues this session. Throws Error if a file is missing or has changed,
+/// or if a chain of sessions that continue each other is too long.
+Scene scene_of(const session::SessionReader& session, const ScenePlace& from = {});
 
 /// Makes a carver (owner of the tissue) in the state of a session at time t. It applies the cuts and edits to `start`.
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,

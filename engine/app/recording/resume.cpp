@@ -20,7 +20,7 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
   haptics::TissueVolume tissue = [&] {
     if (file.extension() == ".vdb") return haptics::TissueVolume::load(file);
     const session::SessionReader session(file);
-    const Scene its = scene_of(session, scene.place.recordings);
+    const Scene its = scene_of(session, scene.place);
     return tissue_at_end(session, its, load_tissue(its));
   }();
   const VoxelFrame &is = tissue.frame(), &expected = untouched.frame();

@@ -17,13 +17,13 @@ constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size o
 constexpr const char* kSuffix = ".around";
 
 template <glm::length_t N>
-void add(Fnv1a& key, const glm::vec<N, double>& v) {
+void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
 // All members are named, so that a new one cannot be missing in the key.
 
-void add(Fnv1a& key, const ToothForm& form) {
+void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
                groove_width, hills] = form;
   add(key, widest), add(key, neck), add(key, table);
@@ -35,7 +35,7 @@ void add(Fnv1a& key, const ToothForm& form) {
     add(key, at), key.add(hill_height), key.add(slope), add(key, long_by);
 }
 
-void add(Fnv1a& key, const ToothRow& row) {
+void add(Sha256& key, const ToothRow& row) {
   const auto& [teeth, curve] = row;
   key.add(teeth.size());
   for (const auto& [form, at, R_FR] : teeth) {
@@ -51,7 +51,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   // The meshes do not depend on `monitored` and `soft`.
   const auto& [volume, crown, arch, neighbours, row, mouth, dam, monitored, gum, margin, margin_normal, papilla,
                thickness, length, soft] = plan;
-  Fnv1a key;
+  Sha256 key;
   cache::add_build(key);
   const auto content = cache::hash_of(volume);
   if (!content) return std::nullopt;
@@ -67,7 +67,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   key.add(gum);
   add(key, margin), add(key, margin_normal);
   for (const double number : {papilla, thickness, length}) key.add(number);
-  return key.value;
+  return key.key();
 }
 
 /// Numbers and lists in the file's order.

@@ -212,7 +212,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     // Final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
-    sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
+    sample_volume(tissue_at_end(session, scene_of(session, scene.place), copy_of(start)), copy);
   } else if (ideal.has("unprepared")) {
     ideal.allow_only({"unprepared"});
     if (!ideal["unprepared"].boolean() || scene.prepare.empty()) {

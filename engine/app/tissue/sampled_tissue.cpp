@@ -102,7 +102,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
 
 /// Empty if a file is unreadable; sampling reports that.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
-  Fnv1a key;
+  Sha256 key;
   cache::add_build(key);
   const std::string text = tissue.text();
   key.bytes(text.data(), text.size());
@@ -116,7 +116,7 @@ std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFile
     if (!classes) return std::nullopt;
     key.add(*classes);
   }
-  return key.value;
+  return key.key();
 }
 
 haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files) {

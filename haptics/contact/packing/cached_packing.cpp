@@ -47,20 +47,20 @@ bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
 
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options) {
   const fs::path in = cache::folder("packing");
-  Fnv1a key;
+  Sha256 key;
   cache::add_build(key);
   key.add(tissue.hash());
   key.add(static_cast<std::uint64_t>(options.spheres));
   key.add(options.seed);
   key.add(options.max_radius);
   SpherePacking kept;
-  if (const fs::path file = cache::find(in, key.value, kSuffix); !file.empty() && read(file, options.spheres, kept)) {
+  if (const fs::path file = cache::find(in, key.key(), kSuffix); !file.empty() && read(file, options.spheres, kept)) {
     return kept;
   }
   const Nanos began = now();
   SpherePacking packing = pack_spheres(tissue, options);
   if (now() - began > kWorthKeeping) {
-    cache::keep(in, key.value, kSuffix, kMostKept, [&](const fs::path& file) { write(file, packing); });
+    cache::keep(in, key.key(), kSuffix, kMostKept, [&](const fs::path& file) { write(file, packing); });
   }
   return packing;
 }
