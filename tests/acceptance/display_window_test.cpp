@@ -138,7 +138,7 @@ TEST_F(Window, UrgentKeysReachTheirListenerInOrderWhileNobodyPollsTheWindow) {
                                                                    const std::lock_guard lock(mutex);
                                                                    heard.push_back(code);
                                                                  }}});
-  Desktop::xdotool("search --sync --name urgent windowfocus --sync key --delay 50 Escape r x space");
+  Desktop::xdotool("search --sync --name urgent windowfocus sleep 0.3 key --delay 50 Escape r x space");
   for (int i = 0; i < 1200 && so_far().size() < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   const std::vector<int> expected{256, 'R', ' '};
   EXPECT_EQ(so_far(), expected);

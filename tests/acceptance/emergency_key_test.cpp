@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -82,7 +83,8 @@ class KeyTimes {
 TEST(EmergencyKey, SetsTheForceToZeroWithinFiveMillisecondsWhileThePictureTakesManyTimesAsLong) {
   const Desktop desktop({3840, 2160});
   ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
-  TemporaryFolder folder;
+  const TemporaryFolder temporary;
+  const std::filesystem::path& folder = temporary.path();
   std::ofstream(folder / "scene.json") << R"({"name": "ball", "tissue": {"voxel_mm": 0.2, "solids": [
     {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "parts": ["haptics", "render"]})";
   std::ofstream(folder / "rig.json") << R"({"display": "window", "screen": {"corners_mm": {"lower_left": [-8, -4.5, 0],
@@ -118,7 +120,7 @@ TEST(EmergencyKey, SetsTheForceToZeroWithinFiveMillisecondsWhileThePictureTakesM
   wait_for([&] { return drawn.load(); });
   const std::string id = Desktop::xdotool("search --name Typodont");
   const KeyTimes keys(static_cast<std::uint32_t>(std::strtoul(id.c_str(), nullptr, 10)));
-  Desktop::xdotool("windowfocus --sync " + id.substr(0, id.find('\n')));
+  Desktop::xdotool("windowfocus " + id.substr(0, id.find('\n')));
 
   std::vector<double> delays;  // ms
   for (const char* key : {"space", "Escape", "space", "Escape", "space", "Escape", "space", "Escape", "space"}) {

@@ -37,17 +37,19 @@ struct CheckedFiles {
   std::map<std::string, std::filesystem::path> copies;  // by the recorded name
 };
 
-/// Files in `folder` and below that may be the recorded one: of its size, first by its name.
+/// Files in `folder` and below with the name or the size of the recorded one.
 std::vector<std::filesystem::path> candidates(const std::filesystem::path& folder, const session::SourceFile& file) {
   namespace fs = std::filesystem;
   constexpr int kDeepest = 4, kMostLooks = 20'000;
   std::error_code code;
+  const fs::path name = fs::path(file.path).filename();
   std::vector<fs::path> found{folder / file.path};
   fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, code), end;
   for (int looks = 0; !code && it != end && looks < kMostLooks; it.increment(code), ++looks) {
     if (it.depth() >= kDeepest) it.disable_recursion_pending();
     std::error_code own;
-    if (it->is_regular_file(own) && it->file_size(own) == file.bytes) found.push_back(it->path());
+    if (it->is_regular_file(own) && (it->file_size(own) == file.bytes || it->path().filename() == name))
+      found.push_back(it->path());
   }
   return found;
 }

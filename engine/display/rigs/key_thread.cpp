@@ -33,7 +33,7 @@ KeyThread::KeyThread(const std::string& server, std::uint32_t window, std::vecto
       server_(xcb_connect(server.c_str(), nullptr)),
       end_(::eventfd(0, EFD_CLOEXEC)) {
   // Other clients of the server may select the keys of a window, too.
-  constexpr std::uint32_t kMask = XCB_EVENT_MASK_KEY_PRESS | XCB_EVENT_MASK_KEY_RELEASE;
+  constexpr std::uint32_t kMask = XCB_EVENT_MASK_KEY_PRESS;
   try {
     if (end_ < 0 || xcb_connection_has_error(server_) ||
         owned(xcb_request_check(server_,
@@ -58,18 +58,12 @@ void KeyThread::run() const noexcept {
   // Below the servo, above all that draws.
   enter_realtime({.priority = 79, .core = -1, .lock_memory = false});
   ::pthread_setname_np(::pthread_self(), "typodont-keys");
-  xcb_key_press_event_t released{};
   std::array<pollfd, 2> sources{{{xcb_get_file_descriptor(server_), POLLIN, 0}, {end_, POLLIN, 0}}};
   while (sources[1].revents == 0 && !xcb_connection_has_error(server_)) {
     while (const auto event = owned(xcb_poll_for_event(server_))) {
       constexpr unsigned kSynthetic = 0x80;
-      const unsigned type = event->response_type & ~kSynthetic;
-      if (type != XCB_KEY_PRESS && type != XCB_KEY_RELEASE) continue;
+      if ((event->response_type & ~kSynthetic) != XCB_KEY_PRESS) continue;
       const auto& key = reinterpret_cast<const xcb_key_press_event_t&>(*event);
-      // A key that is held down repeats as a release and a press of the same time.
-      const bool repeats = key.detail == released.detail && key.time == released.time;
-      if (type == XCB_KEY_RELEASE) released = key;
-      if (type == XCB_KEY_RELEASE || repeats) continue;
       for (const Key& k : keys_)
         if (k.scancode == key.detail) pressed_(k.code);
     }
