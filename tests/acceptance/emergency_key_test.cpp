@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -41,7 +42,7 @@ class PressingHand final : public haptics::HapticDevice {
     height_ += std::clamp((lifted ? 5e-3 : 2.9e-3) - height_, -1e-5, 1e-5);  // m
     sample = {};
     sample.t = now();
-    sample.X_WT.p = {0, 0, height_};
+    sample.X_WT.p = {2e-4 * std::sin(20 * to_seconds(sample.t)), 0, height_};  // every frame shows a motion
     return true;
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
@@ -70,7 +71,9 @@ class KeyTimes {
   KeyTimes& operator=(const KeyTimes&) = delete;
   /// Waits for the next press. ns of now(), rounded down to 1 ms; X counts the milliseconds of the same clock.
   Nanos next() const {
-    const std::unique_ptr<xcb_generic_event_t, decltype(&std::free)> event(xcb_wait_for_event(server_), &std::free);
+    using Event = std::unique_ptr<xcb_generic_event_t, decltype(&std::free)>;
+    Event event(xcb_wait_for_event(server_), &std::free);
+    while (event->response_type != XCB_KEY_PRESS) event.reset(xcb_wait_for_event(server_));
     const auto clock = static_cast<std::uint64_t>(now() / 1'000'000);
     const auto key = reinterpret_cast<const xcb_key_press_event_t*>(event.get());
     return static_cast<Nanos>(clock - (static_cast<std::uint32_t>(clock) - key->time)) * 1'000'000;
@@ -109,7 +112,7 @@ TEST(EmergencyKey, SetsTheForceToZeroWithinFiveMillisecondsWhileThePictureTakesM
   std::thread picture([&] {
     Workbench bench(scene, options);
     bench.start();
-    while (!done && bench.step()) drawn = bench.status().frames > 3;
+    while (!done && bench.step()) drawn = bench.status().frames > 1;
     frame_ms = bench.status().frame_ms;
     bench.stop();
     drawn = done = true;
