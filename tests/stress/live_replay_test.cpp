@@ -302,7 +302,8 @@ class DrillingHand : public haptics::HapticDevice {
 TEST(LiveReplay, UndoRestoresTheTissueAlsoIfItIsPaintedWhileTheBurCuts) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json";
-  std::ofstream(scene_file) << kScene;
+  std::ofstream(scene_file) << R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 5]}}}]}, "tool": "round_016", "parts": ["haptics"]})";
   for (const char* model : {"offset", "packing"}) {
     Scene scene = read_scene(scene_file);
     choose_model(scene, model);
