@@ -8,7 +8,6 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/scripted_student.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/picture/magnify.h"
@@ -18,6 +17,7 @@
 #include "engine/app/review/session_report.h"
 #include "engine/app/session_recorder.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/stepped.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -124,11 +124,10 @@ void run_demo(const DemoOptions& options) {
   display::DisplayRig rig = display::load_rig(rig_file);
   if (options.eye_size) draw_eyes_at(rig, *options.eye_size);
   log::info("scene {} ({})", scene.name, scene.file.string());
-  haptics::TissueVolume tissue = load_tissue(scene);
-  rig = magnified_for(rig, tissue);
-  Student student(scene, tissue, kRate);
-  HapticLoop loop(scene, std::move(tissue), student.device().info());
-  haptics::TissueVolume& volume = loop.carver().volume();
+  SteppedSession session(scene, load_tissue(scene), kRate);
+  haptics::Carver& carver = session.carver();
+  rig = magnified_for(rig, carver.volume());
+  Student student(scene, carver, kRate);
   const double length = std::min(kUsualLength, options.seconds);
 
   PictureStage::Options look;
@@ -136,38 +135,34 @@ void run_demo(const DemoOptions& options) {
   look.handpieces = scene.handpieces;
   look.language = options.language;
   PictureStage stage(rig, scene.servo, look);
-  haptics::SoftTissue* const soft = loop.servo().soft();
-  World world(scene, soft ? soft->shared_surface() : nullptr);
-  if (scene.needs("debris")) world.add_debris(volume);
+  World world(scene, session.settings().soft);
+  if (scene.needs("debris")) world.add_debris(carver.volume());
   stage.surround(world.surroundings());
-  if (soft) world.follow_gum([soft](SoftGumView& gum) { gum.take(*soft); });
-  TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
-  const std::vector<render::MeshUpdate> first = view.update(loop.carver());
-  stage.show(first, volume.frame().origin);
+  const VoxelFrame frame = carver.volume().frame();
+  TissueView view(surface_tolerance(rig, frame.voxel, look.quality), scene.drawn_as);
+  const std::vector<render::MeshUpdate> first = view.update(carver);
+  stage.show(first, frame.origin);
   std::size_t triangles = 0;
   for (const render::MeshUpdate& brick : first) triangles += brick.indices.size() / 3;
   log::info("drawing with {}: {} triangles", stage.device_name(), triangles);
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
-  Tapes tapes;
-  SoundLink sound("wav:" + wav.string(), scene, tapes, /*live=*/false);
-  session::SessionHeader header = session_header(scene, rig_file, student.device().info(), volume, kRate);
+  SoundLink sound("wav:" + wav.string(), scene, session.tapes(), /*live=*/false);
+  session::SessionHeader header = session_header(scene, rig_file, student.info(), carver.volume(), kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;
   whole.whole_or_nothing = true;
-  session::SessionWriter recorder(session_file, header, whole);
-  recorder.event(0, session::EventKind::kNote, sound.about());
-  TickNotes notes(scene, 0);
+  SessionRecorder recorder(session_file, scene, header, session.tapes(), whole);
+  recorder.writer().event(0, session::EventKind::kNote, sound.about());
+  WorldReader reader(world, session.tapes());
   sound.water(world.water().spray, world.suction_flow());
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text that the last pictures show
 
   Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
-  ServoTick tick;
-  Cut cut;
-  haptics::HandSample sample;
+  const ServoTick& tick = session.last();
   double next_frame = 0;
   bool before_taken = false, during_taken = false;
   std::uint64_t frames = 0;
@@ -175,31 +170,20 @@ void run_demo(const DemoOptions& options) {
   double shown_fraction = 0;
   bool announced = false, corrected = false;
   Nanos last_picture = now();
-  while (student.read(sample, volume) && to_seconds(sample.t) <= options.seconds) {
-    const bool did_cut = loop.tick(sample, tick, cut);
-    student.see(tick);
-    if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
-    if (did_cut) recorder.append({&cut, 1});
-    recorder.append({&tick, 1});
-    notes.add(tick, recorder);
-    tapes.servo.write(tick);
-    if (did_cut) world.apply(cut);
-    for (const LoosePiece& piece : loop.carver().take_pieces()) {
-      recorder.append(event_of(piece));
-      world.apply(piece);
-    }
-    world.apply(tick);
+  const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
+  while (tick.t + period <= end_t && session.advance(student)) {
+    recorder.turn();
+    reader.read();
 
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
-    recorder.heartbeat();
+    recorder.writer().heartbeat();
     sound.advance(tick.t);
-    stage.show(view.update(loop.carver()), volume.frame().origin);
-    (void)loop.carver().volume();  // The call updates the distance field, which the student's hand and the hints read.
+    stage.show(view.update(carver), frame.origin);
     using Phase = Student::Phase;
     if (student.phase() == Phase::kAway && end.empty())
-      end = result_text(volume, header.volumes_before, options.language);
+      end = result_text(carver.volume(), header.volumes_before, options.language);
     world.say(student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
               : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
                                                  : end);
@@ -241,15 +225,15 @@ void run_demo(const DemoOptions& options) {
     }
     progress.at(shown_fraction);
   }
-  stage.show(view.update(loop.carver()), volume.frame().origin);
-  (void)loop.carver().volume();
-  world.say(result_text(volume, header.volumes_before, options.language));
+  stage.show(view.update(carver), frame.origin);
+  world.say(result_text(carver.volume(), header.volumes_before, options.language));
   write_pictures(stage, world, {.debris = false}, options.out, "after", pictures, "After");
   sound.stop(tick.t);
 
-  session::SessionResult result = session_result(volume);
+  recorder.turn();
+  session::SessionResult result = session_result(carver.volume());
   result.pictures = pictures;
-  if (!recorder.finish(result)) throw RunFailure(recorder.status().message);
+  if (!recorder.writer().finish(result)) throw RunFailure(recorder.writer().status().message);
   const bool filmed = film && film->finish(wav), filmed_mono = mono && mono->finish(wav);
   const session::SessionReader recorded(session_file);
   write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)),

@@ -19,9 +19,8 @@
 #include "engine/app/picture/shown_geometry.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/review/recorded_world.h"
+#include "engine/app/review/player.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
@@ -181,9 +180,11 @@ void run(const Options& options) {
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
   // the recording, if a moment of a session is drawn; empty if a scene is drawn
-  std::optional<session::SessionReader> session;
-  if (options.scene.ends_with(".h5")) session.emplace(options.scene);
-  const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
+  std::optional<SessionPlayer> session;
+  if (options.scene.ends_with(".h5")) session.emplace(fs::path(options.scene));
+  if (session && !options.volume.empty())
+    throw Error("", "--volume", options.volume, "a scene: a recorded session has its own tissue");
+  const Scene scene = session ? session->scene() : read_scene(options.scene);
   if (options.finished && (session || !options.volume.empty()))
     throw Error("", "--finished", session ? "a recorded session" : "--volume", "a scene with its own tissue");
   if (options.at != 0 && options.pose.empty() && !session)
@@ -203,47 +204,42 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  haptics::TissueVolume volume =
-      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
-  std::optional<RecordedWorld> recorded;
-  std::optional<World> still;  // of a scene without a session
-  if (session) {
-    if (session->tick_count() == 0) throw Error(options.scene, "", "no ticks", "a recorded session");
-    recorded.emplace(*session, scene, volume).go(from_seconds(options.at));
-  } else {
-    still.emplace(scene).apply(tick);
-  }
-  World& world = session ? recorded->world() : *still;
+  std::optional<haptics::TissueVolume> volume;  // of a scene
+  if (!session) volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  const haptics::TissueVolume& start = session ? session->tissue() : *volume;
+  std::optional<World> still;  // of a scene
+  if (!session) still.emplace(scene).apply(tick);
+  World& world = session ? session->world() : *still;
   std::optional<haptics::TissueVolume> ideal;
   if (options.view == "difference") {
-    ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
+    ideal = options.ideal.empty() ? ideal_tissue(scene, start) : haptics::TissueVolume::load(options.ideal);
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
   if (options.finished) {
-    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, volume);
+    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, start);
     if (!done) throw Error(options.scene, "\"task\"", "no ideal", "an ideal, which --finished draws");
     volume = std::move(*done);
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
-  rig = magnified_for(rig, volume);
+  rig = magnified_for(rig, start);
+  if (session) session->seek(options.at);
   // A carver (the object that cuts the tissue) is needed in two cases: the picture shows a moment of a session, or it
   // shows the triangles or spheres of a contact model. In all other cases, the picture shows the volume of the file.
-  std::unique_ptr<haptics::Carver> carver;
+  std::optional<haptics::Carver> own;
   const bool spheres_wanted = options.view == "spheres";
-  if (session) {
-    carver = carver_at(*session, scene, std::move(volume), from_seconds(options.at));
-  } else if (spheres_wanted || (options.volume.empty() && draws_own_surface(scene))) {
-    const haptics::ServoSettings settings = servo_settings(scene, volume, 1000);
-    carver = std::make_unique<haptics::Carver>(std::move(volume), settings);
+  if (!session && (spheres_wanted || (options.volume.empty() && draws_own_surface(scene)))) {
+    const haptics::ServoSettings settings = servo_settings(scene, *volume, 1000);
+    own.emplace(std::move(*volume), settings);
   }
+  haptics::Carver* const carver = session ? &session->carver() : own ? &*own : nullptr;
   std::vector<render::Particle> spheres;
   if (spheres_wanted) {
     spheres = sphere_particles(*carver, servo_settings(scene, carver->volume(), 1000), rig.head.eye_center);
     if (spheres.empty())
       throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
   }
-  haptics::TissueVolume& shown = carver ? carver->volume() : volume;
+  haptics::TissueVolume& shown = carver ? carver->volume() : *volume;
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
