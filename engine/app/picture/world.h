@@ -105,6 +105,8 @@ class WorldReader {
       : world_(world), servo_(tapes.servo), carver_(tapes.carver), view_(tapes.view), left_(tapes.left) {}
   /// Applies the new events.
   void read();
+  /// Number of the servo's events that were overwritten before they were read.
+  std::uint64_t lost() const { return servo_.reader.lost(); }
 
  private:
   /// The next event of a tape.
