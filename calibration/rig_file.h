@@ -28,12 +28,12 @@ class RigFile {
   /// Such as "2026-03-01T10:15:00Z"; empty: never solved.
   std::string step_date(const std::string& step) const;
 
-  /// Steps without a result keep their record.
+  /// Steps without a result keep their record. Throws Error for eyes or a panel that no bench has.
   void set(const BenchState& bench);
   /// For a step without a result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
-  /// With the present date; completely or not at all.
+  /// With the current date; completely or not at all.
   void save();
 
  private:

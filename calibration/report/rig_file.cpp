@@ -239,7 +239,24 @@ std::filesystem::path RigFile::captures_folder() const {
   return document_->file.string() + ".captures";
 }
 
+/// The program must be able to open what a step writes.
+static void require_usable(const std::filesystem::path& file, const RigGeometry& rig) {
+  constexpr double kMinIpd = 20e-3, kMaxIpd = 100e-3, kMinEdge = 10e-3, kMaxEdge = 3;  // m
+  if (!(rig.eyes.ipd >= kMinIpd && rig.eyes.ipd <= kMaxIpd))
+    throw Error(file.string(), "head.ipd_mm", fmt::format("{:.1f}", rig.eyes.ipd / kMillimetre),
+                "20 to 100; were the captures of the left and the right eye exchanged? The file is as before");
+  const double width = glm::distance(rig.panel.lower_left, rig.panel.lower_right),
+               height = glm::distance(rig.panel.lower_left, rig.panel.upper_left);
+  for (const double edge : {width, height}) {
+    if (!(edge >= kMinEdge && edge <= kMaxEdge))
+      throw Error(file.string(), "screen.corners_mm",
+                  fmt::format("a panel of {:.2f} x {:.2f} mm", width / kMillimetre, height / kMillimetre),
+                  "edges of 10 to 3000 mm; are the touches in metres instead of mm? The file is as before");
+  }
+}
+
 void RigFile::set(const BenchState& bench) {
+  require_usable(document_->file, bench.rig);
   Value& root = document_->root;
   root["screen"]["corners_mm"] = screen_corners(bench.rig.panel);
   if (bench.rig.mirror) {

@@ -214,35 +214,6 @@ std::vector<bool> rotating_tools(const Scene& scene) {
 
 }  // namespace
 
-TickNotes::TickNotes(const Scene& scene, std::optional<std::size_t> sound)
-    : tools_(tool_names(scene)), sound_(sound), voice_(rotating_tools(scene)) {
-  fault_seen_.fill(-2 * kFaultAgain);
-}
-
-void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer, double sound_latency) noexcept {
-  if (tick.tool != tool_ || (first_ && tools_.size() > 1)) {
-    tool_ = tick.tool;
-    if (tool_ < tools_.size()) writer.event(tick.t, session::EventKind::kTool, tools_[tool_]);
-  }
-  for (std::size_t bit = 0; tick.faults >> bit != 0 && bit < fault_seen_.size(); ++bit) {
-    if (!(tick.faults >> bit & 1u)) continue;
-    if (tick.t - fault_seen_[bit] > kFaultAgain) {
-      writer.event(tick.t, session::EventKind::kFault, session::fault_name(1u << bit));
-    }
-    fault_seen_[bit] = tick.t;
-  }
-  if (sound_) {
-    const audio::SoundState s = voice_.state_of(tick);
-    if (first_ || tick.t - sounded_ >= kSoundEvery) {
-      sounded_ = tick.t;
-      writer.append(*sound_, tick.t,
-                    std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
-                               static_cast<double>(s.tissue), sound_latency});
-    }
-  }
-  first_ = false;
-}
-
 session::SessionResult session_result(const haptics::TissueVolume& tissue) {
   session::SessionResult result;
   result.volumes_after = tissue.volumes();
@@ -332,8 +303,10 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene&
                                  const session::SessionHeader& header, const Tapes& tapes,
                                  const session::WriterOptions& options, std::function<double()> sound_latency)
     : writer_(file, header, options),
-      notes_(scene, stream_of(header, sound_stream())),
+      tools_(tool_names(scene)),
+      voice_(rotating_tools(scene)),
       sound_latency_(std::move(sound_latency)),
+      sound_(stream_of(header, sound_stream())),
       left_(stream_of(header, left_hand_stream())),
       head_(stream_of(header, head_stream())),
       water_(stream_of(header, water_stream())),
@@ -343,7 +316,9 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene&
       carver_(tapes.carver),
       view_(tapes.view),
       hand_(tapes.left),
-      loop_(tapes.loop) {}
+      loop_(tapes.loop) {
+  fault_seen_.fill(-2 * kFaultAgain);
+}
 
 SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
                                  const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee)
@@ -352,7 +327,28 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene&
 void SessionRecorder::store(const ServoTick& tick) {
   lost_ticks_ += tick.index - std::exchange(next_tick_, tick.index + 1);
   writer_.append({&tick, 1});
-  notes_.add(tick, writer_, sound_latency_ ? sound_latency_() : std::nan(""));
+  note(tick);
+}
+
+void SessionRecorder::note(const ServoTick& tick) {
+  const bool first = !std::exchange(noted_, true);
+  if (tick.tool != tool_ || (first && tools_.size() > 1)) {
+    tool_ = tick.tool;
+    if (tool_ < tools_.size()) writer_.event(tick.t, session::EventKind::kTool, tools_[tool_]);
+  }
+  for (std::size_t bit = 0; tick.faults >> bit != 0 && bit < fault_seen_.size(); ++bit) {
+    if (!(tick.faults >> bit & 1u)) continue;
+    if (tick.t - fault_seen_[bit] > kFaultAgain)
+      writer_.event(tick.t, session::EventKind::kFault, session::fault_name(1u << bit));
+    fault_seen_[bit] = tick.t;
+  }
+  if (!sound_) return;
+  const audio::SoundState s = voice_.state_of(tick);
+  if (!first && tick.t - sounded_ < kSoundEvery) return;
+  sounded_ = tick.t;
+  writer_.append(*sound_, tick.t,
+                 std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
+                            static_cast<double>(s.tissue), sound_latency_ ? sound_latency_() : std::nan("")});
 }
 
 void SessionRecorder::store(const Cut& cut) {

@@ -45,26 +45,6 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 /// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
 session::StreamSpec sound_stream();
 
-/// Finds data in the ticks and writes them to the recording: changes of the tool, beginnings of faults, and the input
-/// of the sound. It must receive every tick, in order. Recorder thread only.
-class TickNotes {
- public:
-  /// `sound`: index of the recorded stream for the sound; empty if there is no sound.
-  TickNotes(const Scene& scene, std::optional<std::size_t> sound);
-  /// Adds a tick. `sound_latency`: s, time from a tick to its sound; NaN if it is unknown.
-  void add(const ServoTick& tick, session::SessionWriter& writer,
-           double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
-
- private:
-  std::vector<std::string> tools_;
-  std::optional<std::size_t> sound_;
-  audio::TickVoice voice_;
-  Nanos sounded_ = 0;
-  bool first_ = true;
-  std::uint32_t tool_ = 0;
-  std::array<Nanos, 32> fault_seen_{};  // last time at which each fault bit was set
-};
-
 /// Makes the result of a session: volume of each tissue at the end, distance to the pulp, hash of the distance field.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
@@ -108,6 +88,8 @@ class SessionRecorder {
   using Stream = std::optional<std::size_t>;
 
   void store(const ServoTick& tick);
+  /// Writes changes of the tool, beginnings of faults, and the input of the sound.
+  void note(const ServoTick& tick);
   void store(const Cut& cut);
   void store(const PatchUse& use);
   void store(const StrokeEdit& edit);
@@ -120,15 +102,20 @@ class SessionRecorder {
   void store(const Other&) {}
 
   session::SessionWriter writer_;
-  TickNotes notes_;
+  const std::vector<std::string> tools_;
+  audio::TickVoice voice_;
   std::function<double()> sound_latency_;
-  Stream left_, head_, water_, picture_, headset_;
+  Stream sound_, left_, head_, water_, picture_, headset_;
   Tape<ServoEvent>::Reader servo_;
   Tape<CarverEvent>::Reader carver_;
   Tape<ViewEvent>::Reader view_;
   Tape<haptics::HandSample>::Reader hand_;
   Tape<LoopReport>::Reader loop_;
   render::View viewed_ = render::View::kLook;
+  bool noted_ = false;  // true after the first tick
+  std::uint32_t tool_ = 0;
+  Nanos sounded_ = 0;
+  std::array<Nanos, 32> fault_seen_{};          // last time at which each fault bit was set
   std::uint64_t next_tick_ = 0, next_cut_ = 1;  // indices after the last stored tick and cut
   std::uint64_t lost_ticks_ = 0, lost_cuts_ = 0;
 };

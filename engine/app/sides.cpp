@@ -15,21 +15,21 @@ void ServoSide::take_patch(haptics::PatchExchange& patches, Nanos t) noexcept {
 void ServoSide::write(const ServoTick& tick, const Cut* cut) noexcept {
   ++ticks_;
   cuts_ = tick.cuts;
-  if (servo_.soft() && ticks_ % gum_interval_ == 0) write_gum();
+  gum_.tick();
   if (cut) tape_.write(*cut);
   tape_.write(tick);
 }
 
-void ServoSide::write_gum() noexcept {
-  haptics::SoftTissue& gum = *servo_.soft();
+void GumWriter::tick() noexcept {
+  if (!gum_ || ++ticks_ % interval_ != 0) return;
   GumMoves moves;
-  gum.send_moves([&](const haptics::SoftMove& move) {
+  gum_->send_moves([&](const haptics::SoftMove& move) {
     moves.points[moves.count++] = move;
     if (moves.count == moves.points.size()) tape_.write(moves), moves.count = 0;
     return true;
   });
   if (moves.count > 0) tape_.write(moves);
-  for (; wounds_ < gum.wounds().size(); ++wounds_) tape_.write(gum.wounds()[wounds_]);
+  for (; wounds_ < gum_->wounds().size(); ++wounds_) tape_.write(gum_->wounds()[wounds_]);
 }
 
 bool CarverSide::keep_up() {

@@ -13,11 +13,29 @@
 
 namespace typodont {
 
+/// Writes the changes of the soft gum at regular intervals. Never allocates.
+class GumWriter {
+ public:
+  /// `gum`: null if the gum is rigid. `rate`: ticks per second.
+  GumWriter(haptics::SoftTissue* gum, Tape<ServoEvent>& tape, double rate)
+      : gum_(gum), tape_(tape), interval_(std::max<std::uint64_t>(1, std::llround(kInterval * rate))) {}
+  /// Before the tick is written.
+  void tick() noexcept;
+
+ private:
+  haptics::SoftTissue* gum_;
+  Tape<ServoEvent>& tape_;
+  static constexpr double kInterval = 0.016;  // s, time between two updates of the drawn soft gum
+  const std::uint64_t interval_;              // the same, in ticks
+  std::uint64_t ticks_ = 0;
+  std::size_t wounds_ = 0;  // number of the gum's wounds on the tape
+};
+
 /// Writes the servo's tape. Servo thread only; never allocates.
 class ServoSide {
  public:
   ServoSide(haptics::Servo& servo, Tape<ServoEvent>& tape, double rate)
-      : servo_(servo), tape_(tape), gum_interval_(std::max<std::uint64_t>(1, std::llround(kGumInterval * rate))) {}
+      : servo_(servo), tape_(tape), gum_(servo.soft(), tape, rate) {}
   /// Lets the servo adopt the patch (copy of the tissue) that it must adopt now. `t`: time of any steady clock, ns.
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
   /// Writes the patch that the next tick uses.
@@ -26,14 +44,10 @@ class ServoSide {
   void write(const ServoTick& tick, const Cut* cut) noexcept;
 
  private:
-  void write_gum() noexcept;
-
   haptics::Servo& servo_;
   Tape<ServoEvent>& tape_;
-  static constexpr double kGumInterval = 0.016;  // s, time between two updates of the drawn soft gum
-  const std::uint64_t gum_interval_;             // the same, in ticks
+  GumWriter gum_;
   std::uint64_t ticks_ = 0, cuts_ = 0;
-  std::size_t wounds_ = 0;  // number of the gum's wounds on the tape
 };
 
 /// Repeats the servo's cuts on the tissue, and writes the carver's tape. Carver thread only.

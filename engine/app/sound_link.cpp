@@ -37,8 +37,10 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 
 }  // namespace
 
-SoundLink::SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural)
+SoundLink::SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural,
+                     Nanos begin)
     : live_(live),
+      begin_(begin),
       options_{live ? kHold : 0.0, scene.sound_lower_order},
       output_(audio::AudioOutput::open(address, {.channels = binaural ? 2 : 1})),
       voice_(tools_that_cut(scene)),
@@ -92,8 +94,9 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
   auto* link = static_cast<SoundLink*>(self);
   Nanos heard = -1;  // ns, time of the latest tick that this block hears first
   for (ServoEvent event; link->servo_.next(event);) {
-    const auto* const next = std::get_if<ServoTick>(&event);
-    if (!next) continue;
+    auto* const next = std::get_if<ServoTick>(&event);
+    if (!next || next->t < link->begin_) continue;
+    next->t -= link->begin_;
     const ServoTick& tick = *next;
     link->unheard_ += tick.index - std::exchange(link->next_tick_, tick.index + 1);
     audio::SoundState state = link->voice_.state_of(tick);

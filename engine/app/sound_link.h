@@ -25,8 +25,10 @@ class SoundLink {
   /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. The
   /// ticks come from `tapes`. `live`: true stops the sound if no ticks arrive. `binaural`: true makes two channels for
   /// the listener's ears, with the tool as the source; the pose of the listener's head comes from `tapes`. Until it is
-  /// known, the source is straight ahead. Throws Error or RunFailure.
-  SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural = false);
+  /// known, the source is straight ahead. `begin`: session time that is zero in a sound file; earlier ticks are not
+  /// heard. Throws Error or RunFailure.
+  SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural = false,
+            Nanos begin = 0);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
@@ -57,6 +59,7 @@ class SoundLink {
   void make_synth(double sample_rate);
 
   const bool live_;
+  const Nanos begin_;  // ns
   bool begun_ = false;
   /// ns, time of the machine's clock at which the session's time is zero; only for live sound
   Nanos zero_ = 0;

@@ -160,6 +160,9 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  constexpr int kNotLoaded = 127;  // of the dynamic loader and of a shell
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded)
+    throw Error(words[0], "", "a program that does not start", "its libraries, and permission to run it");
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 

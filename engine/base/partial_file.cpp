@@ -24,6 +24,7 @@
 #include "engine/base/input_file.h"
 #include "engine/base/stream_file.h"
 #include "engine/base/sync.h"
+#include "engine/base/temporary_folder.h"
 
 namespace typodont {
 
@@ -132,7 +133,7 @@ PartialFile::PartialFile(fs::path file, FileKind kind, Over over, std::string_vi
   check_target();
   const std::string suffix = part.empty() ? ".partial" : fmt::format(".{}.partial", part);
   std::error_code code;
-  const fs::path folder = makes_file() ? target_.parent_path() : fs::temp_directory_path(code);
+  const fs::path folder = makes_file() ? target_.parent_path() : temporary_place();
   remove_what_the_dead_left(folder / target_.filename(), suffix);
   const bool replaces = makes_file() && fs::exists(target_, code);
   try {

@@ -5,6 +5,9 @@
 
 namespace typodont {
 
+/// $TMPDIR if it is a folder, else /tmp, /var/tmp or the current folder. Any thread.
+std::filesystem::path temporary_place();
+
 /// New, for this user only; deleted with its content. Any thread.
 class TemporaryFolder {
  public:

@@ -49,8 +49,8 @@ struct BrickBox {
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// Label (label.h), and 255 − hardness (dense_tissue.h) in the next byte: equal to the label at kOwnHardness. Undo, tiles
-// and hashes so include hardness.
+// Label (label.h), and 255 − hardness (dense_tissue.h) in the next byte: equal to the label at kOwnHardness. Undo,
+// tiles and hashes so include hardness.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;
 

@@ -19,6 +19,7 @@
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
 #include "engine/base/guarded_process.h"
+#include "engine/base/temporary_folder.h"
 
 namespace typodont::haptics {
 
@@ -165,7 +166,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   const std::filesystem::path folder = cache::folder("volumes");
   if (const auto flat = cache::find(folder, key.key(), ".flat"); !flat.empty()) return read_flat(flat, name);
 
-  std::string pattern = (std::filesystem::temp_directory_path() / "typodont_volume_XXXXXX").string();
+  std::string pattern = (temporary_place() / "typodont_volume_XXXXXX").string();
   const int made = mkstemp(pattern.data());
   if (made < 0) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
   close(made);
@@ -182,7 +183,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
     return result;
   }
   if (status == kReaderCannotWrite) {
-    throw Error(std::filesystem::temp_directory_path().string(), "", fmt::format("no room for a copy of {}", name),
+    throw Error(temporary_place().string(), "", fmt::format("no room for a copy of {}", name),
                 "free space in the folder for temporary files; TMPDIR names another one");
   }
   std::ifstream in(pattern, std::ios::binary);

@@ -7,8 +7,8 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert_hand.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -137,16 +137,15 @@ TEST(ExpertHand, InLargeVoxelsItFinishesAndPressesWithTheForceOfTheTask) {
                   {"name": "force_mean_N", "target": 60, "tolerance": 60, "weight": 0}]}})");
   const Scene scene = read_scene(folder.path() / "scene.json");
   const haptics::TissueVolume start = load_tissue(scene);
-  Expert expert(scene, start);
-  ExpertHand hand(expert.plan(start), 1000, expert.grip());
-  HapticLoop loop(scene, load_tissue(scene), 1000);
+  SteppedSession session(scene, load_tissue(scene), 1000);
+  PlanningExpert hand(scene, session.carver(), 1000);
   double greatest = 0;  // N
-  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) {
-    if (to_seconds(tick.t) > 300) throw RunFailure("the expert does not end");
-    greatest = std::max(greatest, glm::length(tick.f_T_W));
-  });
+  while (session.advance(hand)) {
+    if (to_seconds(session.last().t) > 300) throw RunFailure("the expert does not end");
+    greatest = std::max(greatest, glm::length(session.last().f_T_W));
+  }
   const double whole = 2.0 / 3 * kPi * std::pow(8.0_mm, 3),
-               left = total(loop.carver().volume().volumes()) - (total(start.volumes()) - whole);
+               left = total(session.carver().volume().volumes()) - (total(start.volumes()) - whole);
   EXPECT_LT(std::abs(left), 0.06 * whole);
   EXPECT_GT(greatest, 60);
   EXPECT_LT(greatest, 250);

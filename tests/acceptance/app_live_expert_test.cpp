@@ -10,11 +10,11 @@
 
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/live_expert.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/live/session.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/session_recorder.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
@@ -53,12 +53,11 @@ double points(const Scene& scene, const haptics::TissueVolume& start, const hapt
 }
 
 double points_in_lock_step(const Scene& scene, const haptics::TissueVolume& start) {
-  Expert expert(scene, start);
-  ExpertHand hand(expert.plan(start), 1000, expert.grip());
-  HapticLoop loop(scene, load_tissue(scene), 1000);
+  SteppedSession session(scene, load_tissue(scene), 1000);
+  PlanningExpert hand(scene, session.carver(), 1000);
   session::HandMeter meter(1000);
-  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });
-  return points(scene, start, loop.carver().volume(), meter);
+  while (session.advance(hand)) meter.add({&session.last(), 1});
+  return points(scene, start, session.carver().volume(), meter);
 }
 
 class LiveExpert : public testing::Test {

@@ -9,13 +9,12 @@
 #include <map>
 #include <memory>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/player.h"
-#include "engine/app/review/recorded_world.h"
 #include "engine/app/scene.h"
+#include "engine/app/stepped.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/damage.h"
@@ -187,11 +186,10 @@ TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   SessionPlayer player(std::filesystem::path(folder / "session.h5"));
   const SurroundingsShape shape(*player.scene().surroundings);
-  RecordedWorld recorded(player.session(), player.scene(), player.tissue());
-  const Surroundings& around = recorded.world().surroundings();
-  const SoftGumView& gum = *recorded.world().gum();
+  const Surroundings& around = player.world().surroundings();
+  const SoftGumView& gum = *player.world().gum();
   const auto at = [&](double t) {
-    recorded.go(from_seconds(t));
+    player.seek(t);
     return deepest(gum, around, shape);
   };
   EXPECT_LT(at(0.1), 0.05e-3);
@@ -217,17 +215,15 @@ TEST_F(SoftGum, IsSeenWhereItIsPressedAndNowhereElseUntilItHasReturned) {
   const Scene with_gum = read_scene(soft);
   const Surroundings around = make_surroundings(with_gum.surroundings);
   const SurroundingsShape shape(*with_gum.surroundings);
-  HapticLoop loop(with_gum, load_tissue(with_gum), 1000);
-  haptics::SoftTissue& tissue = *loop.servo().soft();
-  SoftGumView view(tissue.shared_surface(), around);
-  ServoTick tick;
-  Cut cut;
+  SteppedSession session(with_gum, load_tissue(with_gum), 1000);
+  SoftGumView view(session.settings().soft, around);
+  Tape<ServoEvent>::Reader reader(session.tapes().servo);
   Nanos t = 0;
   const auto hold = [&](double height, double seconds) {
     for (int i = 0; i < 1000 * seconds; ++i, t += 1'000'000) {
-      loop.tick({t, {top + dvec3(0, 0, 0.25e-3 + height)}, 0, 1}, tick, cut);
+      session.tick({t, {top + dvec3(0, 0, 0.25e-3 + height)}, 0, 1});
     }
-    view.take(tissue);
+    for (ServoEvent event; reader.next(event);) view.apply(event);
     view.follow(t);
   };
   hold(3e-3, 0.1);
@@ -260,17 +256,15 @@ TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
   const Scene with_gum = read_scene(soft);
   const Surroundings around = make_surroundings(with_gum.surroundings);
   const SurroundingsShape shape(*with_gum.surroundings);
-  HapticLoop loop(with_gum, load_tissue(with_gum), 1000);
-  haptics::SoftTissue& tissue = *loop.servo().soft();
-  SoftGumView view(tissue.shared_surface(), around);
+  SteppedSession session(with_gum, load_tissue(with_gum), 1000);
+  haptics::SoftTissue& tissue = *session.servo().soft();
+  SoftGumView view(session.settings().soft, around);
+  Tape<ServoEvent>::Reader reader(session.tapes().servo);
   auto damage = damage_meter(with_gum);
-  ServoTick tick;
-  Cut cut;
   Nanos t = 0;
   for (int i = 0; i < 1500; ++i, t += 1'000'000) {
     const double height = i < 600 ? 1e-3 - 3e-6 * i : i < 1000 ? -0.8e-3 : std::min(-0.8e-3 + 10e-6 * (i - 1000), 3e-3);
-    loop.tick({t, {top + dvec3(0, 0, 0.6e-3 + height)}, i < 1000 ? 1.0 : 0.0, 0}, tick, cut);
-    damage->add({&tick, 1});
+    damage->add({&session.tick({t, {top + dvec3(0, 0, 0.6e-3 + height)}, i < 1000 ? 1.0 : 0.0, 0}), 1});
   }
   // The reported volume is what the rotating head swept in the resting gum. The head removed nearly all of this volume.
   double removed = 0;
@@ -281,7 +275,7 @@ TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
   EXPECT_NEAR(damage->result().gum_volume / removed, 1, 0.5);
   ASSERT_FALSE(tissue.wounds().empty());
   const auto reddest = [&](Nanos at) {
-    view.take(tissue);
+    for (ServoEvent event; reader.next(event);) view.apply(event);
     view.follow(at);
     double most = 0;
     std::size_t red = 0;

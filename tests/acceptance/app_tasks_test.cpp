@@ -12,8 +12,8 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/task_student.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/paint_file.h"
@@ -407,14 +407,14 @@ TEST(Tasks, AHandThatPressesTooLittleScoresLowButAboveZero) {
   strokes.insert(strokes.end(), strokes.begin(),
                  strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, with little force
   const auto hand = haptics::make_scripted_hand(path_of(strokes, {0, 0, 1}, 22.5e-3, 8e-3), 1000, /*paced=*/false);
-  HapticLoop loop(bench.scene, load_tissue(bench.scene), 1000);
+  SteppedSession stepped(bench.scene, load_tissue(bench.scene), 1000);
   session::HandMeter meter(1000);
-  loop.run(*hand, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });
+  while (stepped.advance(*hand)) meter.add({&stepped.last(), 1});
   session::ScoreInput input;
   input.before = bench.start.volumes();
-  input.after = loop.carver().volume().volumes();
+  input.after = stepped.carver().volume().volumes();
   input.hand = meter.result();
-  bench.judge.judge(loop.carver().volume(), input);
+  bench.judge.judge(stepped.carver().volume(), input);
   const session::Score score =
       session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
   fmt::print("class-1-cavity through the servo: {:.1f} % in {:.0f} s\n", percent(score), input.hand.time);

@@ -158,6 +158,12 @@ TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {
   EXPECT_EQ(test::read_text(volume_), before);
 }
 
+TEST_F(ImportMouth, AnExerciseWhoseNameIsNotUtf8IsRefusedBecauseItCannotNameItsVolume) {
+  const Ran ran = folder_.run("import " + lower_ + " --preset arch --out " + (folder_ / "z\xe4hne.json"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("not UTF-8"));
+}
+
 TEST_F(ImportMouth, WhatTheBiteScanDoesNotConfirmIsRefused) {
   const std::string bite = stl("bite.stl", bite_scan());
   const std::string far = stl("upper.stl", moved(upper_jaw(), Pose{dvec3(0, 0, 10e-3), {}}));

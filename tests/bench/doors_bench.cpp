@@ -8,7 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "engine/app/offline.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/clock.h"
 
 namespace typodont {
@@ -44,16 +45,14 @@ std::vector<Round> rounds(double z, bool own_first) {
   const Scene scene = parse_scene(Json::parse(kBall, "ball"), "ball.json");
   haptics::DeviceInfo hand;
   hand.torque_limit = 1;
-  std::optional<haptics::LockStep> steps;
+  std::optional<SteppedSession> session;
   typodont_scene* c_scene = nullptr;
   typodont_core* core = nullptr;
   EXPECT_EQ(typodont_scene_parse(kBall, nullptr, nullptr, &c_scene), TYPODONT_OK) << typodont_error();
-  if (own_first) steps.emplace(load_lock_step(scene, hand));
+  if (own_first) session.emplace(scene, load_tissue(scene), hand);
   EXPECT_EQ(typodont_core_new(c_scene, nullptr, nullptr, &core), TYPODONT_OK) << typodont_error();
-  if (!own_first) steps.emplace(load_lock_step(scene, hand));
+  if (!own_first) session.emplace(scene, load_tissue(scene), hand);
   const auto place = [&](Nanos t) { return dvec3(1e-7 * static_cast<double>(t % 1000), 0, z); };
-  ServoTick tick;
-  Cut cut;
   typodont_tick c_tick{};
   c_tick.struct_size = sizeof c_tick;
   std::vector<Round> rounds(kRounds);
@@ -63,7 +62,7 @@ std::vector<Round> rounds(double z, bool own_first) {
       haptics::HandSample sample;
       sample.t = i * 1'000'000;
       sample.X_WT.p = place(i);
-      steps->tick(sample, tick, cut);
+      session->tick(sample);
     });
     round.through = time_of(c_t, [&](Nanos i) {
       typodont_sample sample{};
@@ -74,7 +73,7 @@ std::vector<Round> rounds(double z, bool own_first) {
       if (typodont_core_tick(core, &sample, &c_tick, nullptr) != TYPODONT_OK) ADD_FAILURE() << typodont_error();
     });
   }
-  EXPECT_EQ(tick.f_T_W.z, c_tick.force[2]);
+  EXPECT_EQ(session->last().f_T_W.z, c_tick.force[2]);
   EXPECT_EQ(typodont_core_free(core), TYPODONT_OK);
   EXPECT_EQ(typodont_scene_free(c_scene), TYPODONT_OK);
   return rounds;

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "engine/app/assets.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/json.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
@@ -26,7 +26,7 @@ constexpr std::string_view kScene = R"({
 /// Records a hand that drills in circles and trembles. Time and bytes are those of a tick with its cut.
 void record(benchmark::State& state, int deflate) {
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});
-  HapticLoop loop(scene, load_tissue(scene), 1000);
+  SteppedSession session(scene, load_tissue(scene), 1000);
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "s.h5";
   session::SessionHeader header;
@@ -52,8 +52,8 @@ void record(benchmark::State& state, int deflate) {
       hand.X_WT.p = dvec3(3e-3 * std::sin(0.4 * t) + 1e-4 * std::sin(2 * kPi * 8.3 * t),
                           3e-3 * std::cos(0.53 * t) + 1e-4 * std::sin(2 * kPi * 9.7 * t),
                           2.4e-3 + 1e-4 * std::sin(2 * kPi * 11 * t));
-      Cut cut;
-      if (loop.tick(hand, ticks.emplace_back(), cut)) cuts.push_back(cut);
+      ticks.push_back(session.tick(hand));
+      if (session.cut()) cuts.push_back(*session.cut());
       if (ticks.size() < 500) continue;  // the recorder, too, writes twice per second
       timed([&] {
         writer.append(cuts);
@@ -153,19 +153,17 @@ void size(benchmark::State& state, const Body& body) {
       (allocated_bytes() - before) / (body.surface_mm2 / (body.voxel_mm * body.voxel_mm));
   TissueView view;
   state.counters["whole_mesh_ns"] = measure(1, [&] { (void)view.update(tissue); }).median;
-  HapticLoop loop(scene, std::move(tissue), 1000);
+  SteppedSession session(scene, std::move(tissue), 1000);
   std::vector<double> servo, carver, frames;
-  ServoTick tick;
-  Cut cut;
   for (int i = 0; i < (smoke() ? 100 : 1500); ++i) {
     haptics::HandSample hand;
     hand.t = from_seconds(1e-3 * i), hand.pedal = 1;
     hand.X_WT.p = body.top + dvec3(1e-3 * std::sin(6e-3 * i), 0, 0.6e-3 - std::min(0.3e-6 * i, 0.3e-3));
     const Nanos start = thread_cpu_time();
-    loop.tick(hand, tick, cut);
+    const ServoTick& tick = session.tick(hand);
     servo.push_back(static_cast<double>(tick.cpu_time));
     carver.push_back(static_cast<double>(thread_cpu_time() - start - tick.cpu_time));
-    if (i % 16 == 0) frames.push_back(measure(1, [&] { (void)view.update(loop.carver().volume()); }).median);
+    if (i % 16 == 0) frames.push_back(measure(1, [&] { (void)view.update(session.carver().volume()); }).median);
   }
   set_times(state, servo);
   state.counters["carver_ns"] = quantile(carver, 0.5);

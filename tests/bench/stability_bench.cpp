@@ -3,8 +3,8 @@
 #include <array>
 #include <random>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "tests/bench/bench.h"
@@ -64,20 +64,18 @@ Course play(double stiffness, const Clock& clock, const std::function<double(dou
 /// A flat wall and a ball of 2 mm that presses on it.
 class Wall {
  public:
-  Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
+  Wall(double stiffness, double rate, bool controller) : session_(make(stiffness, rate, controller)) {}
   /// Moves the ball to a height (m) above its first touch and returns the force, N. `after`: s, since the last call.
   double press(double z, double after) {
     haptics::HandSample hand;
     hand.t = t_ += from_seconds(after);
     hand.X_WT.p = dvec3(0.1_mm, 0.1_mm, 1.0_mm + z);
-    Cut cut;
-    loop_.tick(hand, tick_, cut);
-    return tick_.f_T_W.z;
+    return session_.tick(hand).f_T_W.z;
   }
-  double energy() const { return tick_.energy; }
+  double energy() const { return session_.last().energy; }
 
  private:
-  static HapticLoop make(double stiffness, double rate, bool controller) {
+  static SteppedSession make(double stiffness, double rate, bool controller) {
     Scene scene = parse_scene(
         Json::parse(fmt::format(
                         R"({{"tissue": {{"voxel_mm": 0.4, "domain_mm": [[-4,-4,-8],[4,4,5]], "solids": [{{"tissue":
@@ -89,11 +87,10 @@ class Wall {
                     "bench"),
         {});
     scene.servo.force_limit = 1e3;
-    return HapticLoop(scene, load_tissue(scene), rate);
+    return SteppedSession(scene, load_tissue(scene), rate);
   }
 
-  HapticLoop loop_;
-  ServoTick tick_;
+  SteppedSession session_;
   Nanos t_ = 0;
 };
 

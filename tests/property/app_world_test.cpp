@@ -3,15 +3,13 @@
 
 #include <optional>
 
-#include "engine/app/haptic_loop.h"
-#include "engine/app/offline.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/player.h"
-#include "engine/app/review/recorded_world.h"
 #include "engine/app/session_recorder.h"
+#include "engine/app/stepped.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "haptics/scripted_hand.h"
@@ -58,45 +56,37 @@ struct WorldOf : testing::Test {
     for (const auto& [t, x] : {std::pair{0.0, -1.2}, {1.6, 1.5}, {2.2, 1.5}})
       rows.push_back({t, {{x * kMillimetre, 0, 0.3e-3}, {1, 0, 0, 0}}, 1, dvec3(0)});
     const auto hand = haptics::make_scripted_hand({rows}, 1000, /*paced=*/false);
-    HapticLoop loop(scene, load_tissue(scene), hand->info());
+    SteppedSession session(scene, load_tissue(scene), hand->info());
+    haptics::Carver& carver = session.carver();
     World world(scene);
-    world.add_debris(loop.carver().volume());
+    world.add_debris(carver.volume());
+    WorldReader reader(world, session.tapes());
     const auto stage = stage_of(world);
     TissueView view;
-    OfflineRecording recording(file, scene, hand->info(), loop.carver().volume());
-    loop.run(*hand, [&](const ServoTick& tick, const Cut* cut) {
-      recording.add(tick, cut, loop.fresh_patch());
-      if (cut) world.apply(*cut);
-      for (const LoosePiece& piece : loop.carver().take_pieces()) {
-        recording.add(piece);
-        world.apply(piece);
-      }
-      world.apply(tick);
-      if (tick.t != from_seconds(kShown)) return;
-      stage->show(view.update(loop.carver()), loop.carver().volume().frame().origin);
+    SessionRecorder recorder(file, scene, hand->info(), carver.volume(), session.tapes());
+    while (session.advance(*hand)) {
+      if (session.last().t != from_seconds(kShown)) continue;
+      reader.read();
+      stage->show(view.update(carver), carver.volume().frame().origin);
       stage->draw(world);
       live = stage->eye(0);
       stage->draw(world, {.debris = false});
       dry = stage->eye(0);
-    });
-    recording.finish(loop.carver().volume());
+    }
+    recorder.finish(carver.volume());
   }
 
   /// Draws the recording at kShown after it was at the times `before`, s.
   render::Picture recorded(const std::vector<double>& before, bool backwards = false) {
     SessionPlayer player(file);
-    RecordedWorld recorded(player.session(), player.scene(), player.tissue());
-    const auto stage = stage_of(recorded.world());
-    for (const double t : before) {
-      player.seek(t);
-      recorded.go(from_seconds(t), backwards);
+    const auto stage = stage_of(player.world());
+    const auto draw = [&](double t, bool back) {
+      player.seek(t, back);
       stage->show(player.take_surface(), player.tissue().frame().origin);
-      stage->draw(recorded.world());
-    }
-    player.seek(kShown);
-    recorded.go(from_seconds(kShown));
-    stage->show(player.take_surface(), player.tissue().frame().origin);
-    stage->draw(recorded.world());
+      stage->draw(player.world());
+    };
+    for (const double t : before) draw(t, backwards);
+    draw(kShown, false);
     return stage->eye(0);
   }
 };
@@ -116,15 +106,14 @@ TEST_F(WorldOf, AMomentLooksTheSameAfterPlayingBackwardsAndAfterAJump) {
 
 TEST_F(WorldOf, ThePictureOfARecordingHasTheLoosePieceAndTheFogOfTheMirror) {
   SessionPlayer player(file);
-  RecordedWorld recorded(player.session(), player.scene(), player.tissue());
   int pieces = 0;
   for (const session::SessionEvent& event : player.session().events())
     if (const auto piece = piece_of(event)) pieces += piece->radius > 0.5e-3;
   EXPECT_EQ(pieces, 1);
-  recorded.go(from_seconds(kShown));
-  EXPECT_GT(recorded.world().mirror().fog, 0.2);
-  const display::Hud shown = hud(recorded.world(), session::Language::kEnglish);
-  EXPECT_EQ(shown.speed_krpm, recorded.world().readout().spindle / kKrpm);
+  player.seek(kShown);
+  EXPECT_GT(player.world().mirror().fog, 0.2);
+  const display::Hud shown = hud(player.world(), session::Language::kEnglish);
+  EXPECT_EQ(shown.speed_krpm, player.world().readout().spindle / kKrpm);
   EXPECT_NE(shown.tool.find("1"), std::string::npos);
 }
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <thread>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/live/session.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 #include "engine/session/session_data.h"
 #include "engine/session/strings.h"
@@ -51,8 +51,7 @@ class Hand {
     sample.pedal = pedal;
     sample.faults = faults;
     before = tick_.f_T_W;
-    loop.tick(sample, tick_, cut);
-    return tick_;
+    return tick_ = loop.tick(sample);
   }
   /// In a straight line, at so many m/s.
   void go(const dvec3& from, const dvec3& to, double speed, double pedal = 0) {
@@ -73,9 +72,8 @@ class Hand {
   static dvec3 over() { return {0, 0, 1.5_mm}; }
   static dvec3 in() { return {0, 0, 0}; }  // the ball's centre on the surface: half a millimetre deep
 
-  HapticLoop loop;
+  SteppedSession loop;
   ServoTick tick_;
-  Cut cut;
   Nanos t = 0;
   dvec3 before{0};
   std::uint32_t seen = 0;

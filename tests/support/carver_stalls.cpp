@@ -7,8 +7,8 @@
 #include <memory>
 #include <random>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 #include "haptics/scripted_hand.h"
 
@@ -83,13 +83,11 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
 /// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. The height of this pose is
 /// found with a resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
-  HapticLoop loop(scene, load_tissue(scene), 1000);
-  ServoTick tick;
-  Cut cut;
+  SteppedSession session(scene, load_tissue(scene), 1000);
   Nanos t = 0;
-  for (const double lowest = X.p.z - 15.0_mm; tick.depth == 0 && X.p.z > lowest; t += 1'000'000) {
+  for (const double lowest = X.p.z - 15.0_mm; session.last().depth == 0 && X.p.z > lowest; t += 1'000'000) {
     X.p.z -= 0.01_mm;
-    loop.tick({t, X}, tick, cut);
+    session.tick({t, X});
   }
   return X;
 }
@@ -130,20 +128,18 @@ StallResult simulate_stall(const StallRun& run) {
          glm::angleAxis(tilt, dvec3(std::cos(around), std::sin(around), 0))};
   X = land(scene, X);
   const Course course = make_course(run, dice, X);
-  HapticLoop loop(scene, load_tissue(scene), run.rate);
+  SteppedSession session(scene, load_tissue(scene), run.rate);
   const auto hand = haptics::make_simulated_hand(course.path, course.model, run.rate, /*paced=*/false);
 
   const double dt = 1 / run.rate, end = course.stall_at + run.stall + kAfter;
   haptics::HandSample sample;
-  ServoTick tick;
-  Cut cut;
   dvec3 force(0), before(0);
   double given = 0, least = 1e300;
   bool first = true;
   while (hand->read(sample) && to_seconds(sample.t) < end) {
     const double t = to_seconds(sample.t);
-    loop.hold_carver(t >= course.stall_at && t < course.stall_at + run.stall);
-    loop.tick(sample, tick, cut);
+    session.hold_carver(t >= course.stall_at && t < course.stall_at + run.stall);
+    const ServoTick& tick = session.tick(sample);
     const dvec3 moved = first ? dvec3(0) : sample.X_WT.p - before;
     before = sample.X_WT.p;
     first = false;

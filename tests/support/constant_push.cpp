@@ -8,8 +8,8 @@
 #include <random>
 
 #include "engine/app/assets.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 
 namespace typodont::test {
@@ -94,11 +94,12 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
   model.push = {0, 0, -hand.push};
   const auto device = haptics::make_simulated_hand(hand.path, model, kRate, false);
   const Scene scene = push_scene(hand.tool, hand.spindle);
-  HapticLoop loop(scene, tissue.clone(), device->info());
+  SteppedSession session(scene, tissue.clone(), device->info());
   PushResult result;
   ServoTick last;
   std::size_t free_for = 1000, since_touch = 1000;
-  loop.run(*device, [&](const ServoTick& tick, const Cut*) {
+  while (session.advance(*device)) {
+    const ServoTick& tick = session.last();
     const bool touches = tick.depth > 0, touched = last.depth > 0;
     since_touch = touches && !touched && free_for > kFreeTicks ? 0 : since_touch + 1;
     free_for = touches ? 0 : free_for + 1;
@@ -111,7 +112,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
     result.least_energy = std::min(result.least_energy, tick.energy);
     result.faults |= tick.faults;
     last = tick;
-  });
+  }
   return result;
 }
 

@@ -3,16 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
@@ -48,38 +49,37 @@ inline ExpertResult expert_session(const std::string& name, double longest) {
   const Scene scene = read_scene(assets_folder() / "scenes" / (name + ".json"));
   const haptics::TissueVolume start = load_untouched(scene);
   const TaskEvaluator judge(scene, start);
-  HapticLoop loop(scene, load_tissue(scene), 1000);
+  SteppedSession session(scene, load_tissue(scene), 1000);
   session::HandMeter meter(1000);
   std::optional<DamageMeter> damage = damage_meter(scene);
   std::optional<session::ImplantMeter> surgery;
-  const auto each = [&](const ServoTick& tick, const Cut*) {
+  std::unique_ptr<haptics::HapticDevice> hand;
+  if (scene.implant) {
+    surgery.emplace(*scene.implant);
+    hand = std::make_unique<ImplantExpert>(scene, 1000);
+  } else {
+    hand = std::make_unique<PlanningExpert>(scene, session.carver(), 1000);
+  }
+  while (session.advance(*hand)) {
+    const ServoTick& tick = session.last();
     if (to_seconds(tick.t) > longest) throw RunFailure(name + ": the expert does not end");
     meter.add({&tick, 1});
     if (damage) damage->add({&tick, 1});
     if (surgery) surgery->add({&tick, 1});
-  };
-  if (scene.implant) {
-    surgery.emplace(*scene.implant);
-    ImplantExpert hand(scene, 1000);
-    loop.run(hand, each);
-  } else {
-    Expert expert(scene, start);
-    ExpertHand hand(expert.plan(start), 1000, expert.grip());
-    run_expert(loop, hand, expert, each);
   }
   session::ScoreInput input;
   input.before = start.volumes();
-  input.after = loop.carver().volume().volumes();
+  input.after = session.carver().volume().volumes();
   input.hand = meter.result();
   if (damage) input.damage = damage->result();
   if (surgery) {
     input.implant = surgery->result();
-    measure_bed(*scene.implant, loop.carver().volume(), *input.implant);
+    measure_bed(*scene.implant, session.carver().volume(), *input.implant);
   }
-  judge.judge(loop.carver().volume(), input);
+  judge.judge(session.carver().volume(), input);
   const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
   ExpertResult result{100 * score.points / score.full, input.hand.time,
-                      decay_on_new_surface(start, loop.carver().volume()), ""};
+                      decay_on_new_surface(start, session.carver().volume()), ""};
   for (const session::ScoreItem& item : score.items) {
     if (item.weight > 0)
       result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value,

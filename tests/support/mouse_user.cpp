@@ -5,8 +5,8 @@
 
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/hands/task_student.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stepped.h"
 
 namespace typodont::test {
 
@@ -102,23 +102,22 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   const double top = above.z - 1e-3;
   const TaskEvaluator judge(scene, start);
   std::vector<Goal> goals = goals_of(judge, start, scene, top);
-  HapticLoop loop(scene, std::move(start), kRate);
+  SteppedSession stepped(scene, std::move(start), kRate);
   Pointer pointer(rig, above, wheel_step);
   const Mouse mouse(rig, wheel_step);
 
   haptics::HandSample wanted = pointer.follow({}, 0);
   PointerSmoothing smoothing(wanted.X_WT, kRate);
-  MouseSession session{{}, 0, loop.carver().volume().clone()};
+  MouseSession session{{}, 0, stepped.carver().volume().clone()};
   ServoTick tick;
   tick.X_WT = tick.X_WG = wanted.X_WT;
-  Cut cut;
   Nanos ticks = 0;
   std::size_t next = 0;
   dvec3 aim = wanted.X_WT.p;  // desired position of the hand
   double waited = 0, press = 0;
   while (session.seconds < most_seconds) {
     if (next == goals.size()) {  // plan again for the remaining tissue
-      goals = goals_of(judge, loop.carver().volume(), scene, top);
+      goals = goals_of(judge, stepped.carver().volume(), scene, top);
       next = 0;
       if (goals.empty()) break;
     }
@@ -151,10 +150,10 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     mouse.go(hand, mouse.depth_of(wanted.X_WT.p), step);
     wanted = pointer.follow(mouse.input(step), static_cast<Nanos>(1e9 * session.seconds) + 1);
     session.steps.push_back(step);
-    for (int i = 0; i < kTicksATurn; ++i, ++ticks) loop.tick(smoothing.next(wanted, ticks * 1'000'000), tick, cut);
+    for (int i = 0; i < kTicksATurn; ++i, ++ticks) tick = stepped.tick(smoothing.next(wanted, ticks * 1'000'000));
     session.seconds += kTurn;
   }
-  session.tissue = loop.carver().volume().clone();
+  session.tissue = stepped.carver().volume().clone();
   return session;
 }
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -22,14 +23,37 @@
 
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
+#include "engine/base/guarded_process.h"
 #include "engine/base/input_file.h"
 #include "engine/base/interrupt.h"
 #include "engine/base/json.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
+#include "engine/base/temporary_folder.h"
 
 namespace typodont {
 namespace {
+
+TEST(TemporaryPlace, IsAnotherFolderWhereTmpdirIsMissing) {
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", "/nowhere/at/all", 1);
+  EXPECT_TRUE(std::filesystem::is_directory(TemporaryFolder().path()));
+  before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+}
+
+TEST(GuardedProcess, AProgramThatCannotLoadItsLibrariesIsSaidNotToStart) {
+  const TemporaryFolder folder;
+  const std::filesystem::path reader = folder.path() / "reader";
+  std::ofstream(reader) << "#!/bin/sh\nexit 127\n";
+  std::filesystem::permissions(reader, std::filesystem::perms::owner_all);
+  try {
+    run_guarded({reader.string()});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("does not start"), std::string::npos) << e.what();
+  }
+}
 
 namespace fs = std::filesystem;
 using testing::AllOf;

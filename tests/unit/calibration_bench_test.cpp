@@ -211,6 +211,20 @@ TEST(RigFile, KeepsUnknownKeys) {
       1e-15);
 }
 
+TEST(RigFile, EyesAndPanelsThatNoBenchHasAreNotWrittenAndTheLikelyCauseIsNamed) {
+  const Folder folder;
+  std::ofstream(folder / "rig.json") << "{}";
+  RigFile rig = RigFile::load(folder / "rig.json");
+  BenchState swapped = rig.bench();
+  swapped.rig.eyes.ipd = 3.34;
+  EXPECT_NE(error_of([&] { rig.set(swapped); }).find("left and the right eye exchanged"), std::string::npos);
+  BenchState in_metres = rig.bench();
+  in_metres.rig.panel = {{0, 0, 0}, {0.53e-3, 0, 0}, {0, 0.3e-3, 0}};
+  EXPECT_NE(error_of([&] { rig.set(in_metres); }).find("metres instead of mm"), std::string::npos);
+  rig.save();
+  EXPECT_NEAR(RigFile::load(folder / "rig.json").bench().rig.eyes.ipd, 0.063, 1e-12);
+}
+
 TEST(RigFile, BadValuesNameTheirKey) {
   const Folder folder;
   std::ofstream(folder / "rig.json") << R"({"X_WH": {"translation_mm": [0,0,0], "rotation_wxyz": [1,1,0,0]}})";

@@ -10,6 +10,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,22 @@ TEST(Readme, EveryPathThatAPageNamesExists) {
       ++paths;
     }
   EXPECT_GT(paths, 30u);
+}
+
+TEST(Readme, EverySourceOfACuttingConstantEndsWithALetterOfItsQuality) {
+  static const std::regex source(R"re("source": "([^"]*)")re"), letter(R"(.*\([ABCEF]\))");
+  std::size_t sources = 0;
+  for (const char* folder : {"assets/materials", "assets/motors", "assets/tools"})
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::set<std::string> found = all(text_of(entry.path()), source);
+      EXPECT_FALSE(found.empty()) << entry.path();
+      for (const std::string& text : found) {
+        std::istringstream clauses(text);
+        for (std::string clause; std::getline(clauses, clause, ';'); ++sources)
+          EXPECT_TRUE(std::regex_match(clause, letter)) << entry.path() << ": " << clause;
+      }
+    }
+  EXPECT_GT(sources, 150u);
 }
 
 /// Returns all pages that a person wrote. The other pages are written by a command.

@@ -505,6 +505,8 @@ bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   if (step == Step::kDrift) rig.mark_done(name(step));
   rig.save();
   fmt::print("{}", summary(guide.bench()));
+  if (const auto& checked = guide.bench().verification; step == Step::kVerify && checked && !checked->pass)
+    throw RunFailure("verify: " + checked->verdict);
   return true;
 }
 

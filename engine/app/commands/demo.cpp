@@ -1,20 +1,294 @@
-// The command `typodont demo`: the demonstration that ./run demo starts.
-#include "engine/app/demo.h"
+// The command `typodont demo`: a scripted hand removes the caries of the CT molar, offscreen. `./run demo` starts it.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/glm.hpp>
 #include <memory>
+#include <optional>
+#include <string>
 
+#include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/hands/scripted_student.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/hud.h"
+#include "engine/app/picture/magnify.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/review/session_report.h"
+#include "engine/app/session_recorder.h"
+#include "engine/app/sound_link.h"
+#include "engine/app/stepped.h"
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/progress.h"
+#include "engine/base/units.h"
 #include "engine/contract/session_length.h"
+#include "engine/session/film.h"
+#include "engine/session/recorder.h"
+#include "engine/session/report.h"
+#include "engine/session/strings.h"
 #include "haptics/contact_method.h"
 
 namespace typodont {
 
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Options {
+  std::filesystem::path out = "demo";
+  std::string scene;                                         // scene file; empty: the shipped scene molar-caries
+  std::string rig;                                           // rig file or name; empty: the shipped rig `film`
+  std::optional<glm::ivec2> eye_size;                        // pixels, size of one eye's picture; empty: the rig's size
+  std::string model;                                         // contact model; empty: the scene's model
+  double fps = 25;                                           // frames per second of the film
+  double seconds = 1e9;                                      // s, limit of the session's duration
+  session::Language language = session::Language::kEnglish;  // language of the text over the picture
+};
+
+constexpr double kRate = 1000;  // Hz, rate of the servo
+// s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
+constexpr double kUsualLength = 89;
+// the picture with the name "during" is drawn when this fraction of the strokes is done
+constexpr double kDuring = 0.4;
+
+/// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
+/// the drill works, because the tissue changes and the spray and the debris move.
+class TimeLeft {
+ public:
+  explicit TimeLeft(double fps) : fps_(fps) {}
+  /// Adds the time (s) of one picture of the film.
+  void drew(double seconds, bool drilling) {
+    double& each = drilling ? drilling_ : exploring_;
+    int& count = drilling ? drilled_ : explored_;
+    // The first pictures with a working drill, and the first ones without, are not timed. Their times would be wrong,
+    // because they include set-up, and because the film's encoder only buffers these pictures.
+    if (++count <= kUntimed) return;
+    each += (seconds - each) / std::min(count - kUntimed, kRemembered);
+  }
+  /// Adds the time (s) for the pictures of one moment. At kMoments moments of the session, the demonstration saves
+  /// pictures in the best quality.
+  void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
+  bool known() const { return explored_ > kUntimed + kTimed || measured(); }
+  /// Returns true as soon as enough pictures with a working drill are measured. Until then, the time of such a picture
+  /// is estimated from the pictures without a working drill.
+  bool measured() const { return drilled_ > kUntimed + kRemembered; }
+  /// Returns the time left, s. `left`: s, remaining duration of the session.
+  double seconds(double left) const {
+    const double each = measured() ? drilling_ : kDrillingCost * exploring_;
+    return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;
+  }
+
+ private:
+  static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
+  // Measured times, as multiples of the time of a picture without a working drill. kDrillingCost: time of a picture
+  // with a working drill; kEnding: time for the report and for completing the films.
+  static constexpr double kDrillingCost = 1.7, kEnding = 60;
+  double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
+  int explored_ = 0, drilled_ = 0, moments_ = 0;
+};
+
+/// Returns the quality of the film. The best quality level would take too long for thousands of full-HD frames. Only
+/// the handpiece is drawn with the triangles of the best level: it fills a large part of a frame, and with large
+/// triangles its highlights would look wrong.
+render::Quality film_quality() {
+  render::Quality quality = render::kQualityLadder[2];
+  quality.handpiece_side = render::kQualityLadder[0].handpiece_side;
+  return quality;
+}
+
+/// Writes the pictures of one moment: the picture of each eye, and the picture on the screen.
+void write_pictures(PictureStage& stage, World& world, const Look& look, const fs::path& folder,
+                    const std::string& name, std::vector<session::SessionPicture>& kept, const std::string& title) {
+  // The pictures of the demo have the best quality. The film has a lower quality because of its many frames.
+  const render::Quality of_film = stage.quality();
+  stage.set_quality(render::kQualityLadder[0]);
+  stage.draw(world, look);
+  for (const int eye : {0, 1}) {
+    render::Picture picture = stage.eye(eye);
+    stage.write_over(picture);
+    render::write_png(folder / (name + (eye == 0 ? "_left.png" : "_right.png")), picture);
+  }
+  render::write_png(folder / (name + "_screen.png"), stage.screen());
+  kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
+  stage.set_quality(of_film);
+}
+
+/// Describes the result of the exercise by comparing the remaining tissue with the tissue at the start.
+std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before, session::Language language) {
+  constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
+  return hud_text(language, "caries_left",
+                  session::number_text(100 * tissue.volumes()[kCaries] / before[kCaries], 1, language));
+}
+
+/// Runs the demonstration. Writes pictures, films (stereo and mono), sound, session and report to the folder `out`, and
+/// prints their names. Throws Error or RunFailure.
+void run(const Options& options) {
+  const Nanos began = now();
+  std::error_code code;
+  fs::create_directories(options.out, code);
+  if (code || !fs::is_directory(options.out))
+    throw Error(options.out.string(), "", code.message(), "a folder that can be made");
+
+  Scene scene =
+      read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
+  choose_model(scene, options.model);
+  const fs::path rig_file = options.rig.empty() ? usual_rig(scene, "film") : find_rig(options.rig);
+  display::DisplayRig rig = display::load_rig(rig_file);
+  if (options.eye_size) draw_eyes_at(rig, *options.eye_size);
+  log::info("scene {} ({})", scene.name, scene.file.string());
+  SteppedSession session(scene, load_tissue(scene), kRate);
+  haptics::Carver& carver = session.carver();
+  rig = magnified_for(rig, carver.volume());
+  Student student(scene, carver, kRate);
+  const double length = std::min(kUsualLength, options.seconds);
+
+  PictureStage::Options look;
+  look.quality = film_quality();
+  look.handpieces = scene.handpieces;
+  look.language = options.language;
+  PictureStage stage(rig, scene.servo, look);
+  World world(scene, session.settings().soft);
+  if (scene.needs("debris")) world.add_debris(carver.volume());
+  stage.surround(world.surroundings());
+  const VoxelFrame frame = carver.volume().frame();
+  TissueView view(surface_tolerance(rig, frame.voxel, look.quality), scene.drawn_as);
+  const std::vector<render::MeshUpdate> first = view.update(carver);
+  stage.show(first, frame.origin);
+  std::size_t triangles = 0;
+  for (const render::MeshUpdate& brick : first) triangles += brick.indices.size() / 3;
+  log::info("drawing with {}: {} triangles", stage.device_name(), triangles);
+
+  const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
+                 mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
+  SoundLink sound("wav:" + wav.string(), scene, session.tapes(), /*live=*/false);
+  session::SessionHeader header = session_header(scene, rig_file, student.info(), carver.volume(), kRate);
+  header.streams.push_back(sound_stream());
+  session::WriterOptions whole;
+  whole.whole_or_nothing = true;
+  SessionRecorder recorder(session_file, scene, header, session.tapes(), whole);
+  recorder.writer().event(0, session::EventKind::kNote, sound.about());
+  WorldReader reader(world, session.tapes());
+  sound.water(world.water().spray, world.suction_flow());
+  std::optional<session::FilmWriter> film, mono;
+  std::string end;  // text that the last pictures show
+
+  Progress progress("demo");
+  std::vector<session::SessionPicture> pictures;
+  const ServoTick& tick = session.last();
+  double next_frame = 0;
+  bool before_taken = false, during_taken = false;
+  std::uint64_t frames = 0;
+  TimeLeft time_left(options.fps);
+  double shown_fraction = 0;
+  bool announced = false, corrected = false;
+  Nanos last_picture = now();
+  const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
+  while (tick.t + period <= end_t && session.advance(student)) {
+    recorder.turn();
+    reader.read();
+
+    const double t = to_seconds(tick.t);
+    if (t < next_frame) continue;
+    next_frame += 1 / options.fps;
+    recorder.writer().heartbeat();
+    sound.advance(tick.t);
+    stage.show(view.update(carver), frame.origin);
+    using Phase = Student::Phase;
+    if (student.phase() == Phase::kAway && end.empty())
+      end = result_text(carver.volume(), header.volumes_before, options.language);
+    world.say(student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
+              : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
+                                                 : end);
+    stage.draw(world);
+    const render::Picture screen = stage.screen();
+    const render::Picture left = stage.eye(0);
+    if (!film) {
+      film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+      mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
+    }
+    film->add(screen.rgba);
+    mono->add(left.rgba);
+    ++frames;
+    const bool drilling = student.phase() == Student::Phase::kDrill;
+    time_left.drew(to_seconds(now() - last_picture), drilling);
+    last_picture = now();
+    const auto take_pictures = [&](const char* name, const char* title) {
+      write_pictures(stage, world, {}, options.out, name, pictures, title);
+      time_left.took_pictures(to_seconds(now() - last_picture));
+      last_picture = now();
+    };
+    if (!before_taken) {
+      take_pictures("before", "Before");
+      before_taken = true;
+    }
+    if (!during_taken && student.phase() == Phase::kDrill && student.done() > kDuring) {
+      take_pictures("during", "While drilling");
+      during_taken = true;
+    }
+    if (time_left.known()) {
+      const double passed = to_seconds(now() - began), rest = time_left.seconds(std::max(length - t, 0.0));
+      if (!announced || (!corrected && time_left.measured())) {
+        log::info("about {:.0f} s of session, {:.0f} pictures: about {:.0f} min {}", length, length * options.fps,
+                  std::ceil((announced ? rest : passed + rest) / 60), announced ? "left" : "on this machine");
+        corrected = announced;
+        announced = true;
+      }
+      shown_fraction = std::max(shown_fraction, passed / (passed + rest));
+    }
+    progress.at(shown_fraction);
+  }
+  stage.show(view.update(carver), frame.origin);
+  world.say(result_text(carver.volume(), header.volumes_before, options.language));
+  write_pictures(stage, world, {.debris = false}, options.out, "after", pictures, "After");
+  sound.stop(tick.t);
+
+  recorder.turn();
+  session::SessionResult result = session_result(carver.volume());
+  result.pictures = pictures;
+  if (!recorder.writer().finish(result)) throw RunFailure(recorder.writer().status().message);
+  const bool filmed = film && film->finish(wav), filmed_mono = mono && mono->finish(wav);
+  const session::SessionReader recorded(session_file);
+  write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)),
+                        FileKind::kPage);
+  progress.at(1);
+
+  const PerTissue& removed = tick.removed;
+  const auto mm3 = [&](Tissue tissue_kind) {
+    return removed[static_cast<std::size_t>(tissue_kind)] / kCubicMillimetre;
+  };
+  const double caries = recorded.header().volumes_before[static_cast<std::size_t>(Tissue::kCaries)] / kCubicMillimetre;
+  fmt::print(
+      "Removed {:.2f} of {:.2f} mm³ caries, with {:.2f} mm³ sound enamel and {:.2f} mm³ sound dentin, in {:.1f} s.\n",
+      mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));
+  fmt::print("Made in {}:\n", fs::absolute(options.out).string());
+  fmt::print("  before_*.png during_*.png after_*.png  stereo pictures: left, right, and the screen as composed\n");
+  if (filmed) {
+    fmt::print("  session.mp4   stereo film with sound, {} frames\n", frames);
+  } else {
+    fmt::print("  (no session.mp4: {})\n", film ? film->message() : "nothing was drawn");
+  }
+  if (filmed_mono) {
+    fmt::print("  session_mono.mp4   the same for one eye\n");
+  } else {
+    fmt::print("  (no session_mono.mp4: {})\n", mono ? mono->message() : "nothing was drawn");
+  }
+  fmt::print("  drill.wav     the drill's sound\n");
+  fmt::print("  session.h5    the recording: typodont replay {} --check\n", session_file.string());
+  fmt::print("  report.html   open it in a browser\n");
+}
+
+}  // namespace
+
 void add_demo_command(cli::Command& app) {
-  auto options = std::make_shared<DemoOptions>();
+  auto options = std::make_shared<Options>();
   auto size = std::make_shared<std::string>();
   auto language = std::make_shared<std::string>();
   cli::Command* command =
@@ -36,7 +310,7 @@ void add_demo_command(cli::Command& app) {
   command->callback([options, size, language] {
     options->language = hud_language(user_language(*language));
     if (!size->empty()) options->eye_size = parse_size(*size);
-    run_demo(*options);
+    run(*options);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
@@ -19,14 +20,14 @@
 #include "engine/app/picture/shown_geometry.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/review/recorded_world.h"
+#include "engine/app/review/player.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
@@ -173,6 +174,33 @@ ordered_json colors_json(const MaterialTable& materials) {
   return colors;
 }
 
+/// Returns true if the eye's picture may show a part of the box lo..hi (m, W).
+bool may_show(const display::EyeView& eye, const dvec3& lo, const dvec3& hi) {
+  constexpr int kCorners = 8, kPlanes = 5;
+  int beyond[kPlanes] = {};
+  for (int corner = 0; corner < kCorners; ++corner) {
+    const dvec3 p(corner & 4 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 1 ? hi.z : lo.z);
+    const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
+    const bool is_beyond[kPlanes] = {c.x<-c.w, c.x> c.w, c.y<-c.w, c.y> c.w, c.z < 0};
+    for (int plane = 0; plane < kPlanes; ++plane) beyond[plane] += is_beyond[plane];
+  }
+  return std::ranges::none_of(beyond, [](int corners) { return corners == kCorners; });
+}
+
+/// Warns if the tissue lies outside the picture.
+bool check_picture(const haptics::TissueVolume& tissue, std::span<const display::EyeView> eyes, const fs::path& rig) {
+  glm::ivec3 a, b;
+  tissue.bounds(a, b);
+  if (a.x > b.x) return false;
+  const dvec3 lo = tissue.frame().to_world(dvec3(a)), hi = tissue.frame().to_world(dvec3(b));
+  if (std::ranges::any_of(eyes, [&](const display::EyeView& eye) { return may_show(eye, lo, hi); })) return true;
+  const dvec3 middle = (lo + hi) / 2.0 / kMillimetre;
+  log::warn(
+      "the tissue, around ({:.1f}, {:.1f}, {:.1f}) mm, lies outside the picture of {}: move it, or use another rig",
+      middle.x, middle.y, middle.z, rig.string());
+  return false;
+}
+
 void run(const Options& options) {
   if (options.geometry && options.view != "look")
     throw Error("", "--geometry", "--view " + options.view, "--view look, whose triangles it writes");
@@ -181,9 +209,11 @@ void run(const Options& options) {
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
   // the recording, if a moment of a session is drawn; empty if a scene is drawn
-  std::optional<session::SessionReader> session;
-  if (options.scene.ends_with(".h5")) session.emplace(options.scene);
-  const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
+  std::optional<SessionPlayer> session;
+  if (options.scene.ends_with(".h5")) session.emplace(fs::path(options.scene));
+  if (session && !options.volume.empty())
+    throw Error("", "--volume", options.volume, "a scene: a recorded session has its own tissue");
+  const Scene scene = session ? session->scene() : read_scene(options.scene);
   if (options.finished && (session || !options.volume.empty()))
     throw Error("", "--finished", session ? "a recorded session" : "--volume", "a scene with its own tissue");
   if (options.at != 0 && options.pose.empty() && !session)
@@ -203,47 +233,42 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  haptics::TissueVolume volume =
-      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
-  std::optional<RecordedWorld> recorded;
-  std::optional<World> still;  // of a scene without a session
-  if (session) {
-    if (session->tick_count() == 0) throw Error(options.scene, "", "no ticks", "a recorded session");
-    recorded.emplace(*session, scene, volume).go(from_seconds(options.at));
-  } else {
-    still.emplace(scene).apply(tick);
-  }
-  World& world = session ? recorded->world() : *still;
+  std::optional<haptics::TissueVolume> volume;  // of a scene
+  if (!session) volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  const haptics::TissueVolume& start = session ? session->tissue() : *volume;
+  std::optional<World> still;  // of a scene
+  if (!session) still.emplace(scene).apply(tick);
+  World& world = session ? session->world() : *still;
   std::optional<haptics::TissueVolume> ideal;
   if (options.view == "difference") {
-    ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
+    ideal = options.ideal.empty() ? ideal_tissue(scene, start) : haptics::TissueVolume::load(options.ideal);
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
   if (options.finished) {
-    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, volume);
+    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, start);
     if (!done) throw Error(options.scene, "\"task\"", "no ideal", "an ideal, which --finished draws");
     volume = std::move(*done);
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
-  rig = magnified_for(rig, volume);
+  rig = magnified_for(rig, start);
+  if (session) session->seek(options.at);
   // A carver (the object that cuts the tissue) is needed in two cases: the picture shows a moment of a session, or it
   // shows the triangles or spheres of a contact model. In all other cases, the picture shows the volume of the file.
-  std::unique_ptr<haptics::Carver> carver;
+  std::optional<haptics::Carver> own;
   const bool spheres_wanted = options.view == "spheres";
-  if (session) {
-    carver = carver_at(*session, scene, std::move(volume), from_seconds(options.at));
-  } else if (spheres_wanted || (options.volume.empty() && draws_own_surface(scene))) {
-    const haptics::ServoSettings settings = servo_settings(scene, volume, 1000);
-    carver = std::make_unique<haptics::Carver>(std::move(volume), settings);
+  if (!session && (spheres_wanted || (options.volume.empty() && draws_own_surface(scene)))) {
+    const haptics::ServoSettings settings = servo_settings(scene, *volume, 1000);
+    own.emplace(std::move(*volume), settings);
   }
+  haptics::Carver* const carver = session ? &session->carver() : own ? &*own : nullptr;
   std::vector<render::Particle> spheres;
   if (spheres_wanted) {
     spheres = sphere_particles(*carver, servo_settings(scene, carver->volume(), 1000), rig.head.eye_center);
     if (spheres.empty())
       throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
   }
-  haptics::TissueVolume& shown = carver ? carver->volume() : volume;
+  haptics::TissueVolume& shown = carver ? carver->volume() : *volume;
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
@@ -275,6 +300,7 @@ void run(const Options& options) {
   const render::FrameStats again = stage.draw(world, look);
 
   const auto eyes = display::eye_views(rig);
+  const bool shows_tissue = check_picture(shown, eyes, rig_path);
   const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
   ordered_json frame{{"scene", scene.name},
                      {"rig", rig_path.string()},
@@ -283,6 +309,7 @@ void run(const Options& options) {
                      {"size", {eye_size.x, eye_size.y}},
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
+                     {"shows_tissue", shows_tissue},
                      {"frame", stats_json(drawn)},
                      // Statistics of a second, equal frame. Because nothing has moved, nothing is drawn and no command
                      // is recorded.

@@ -12,10 +12,9 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
-#include "engine/app/haptic_loop.h"
-#include "engine/app/offline.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/recording/resume.h"
+#include "engine/app/session_recorder.h"
+#include "engine/app/session_start.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
@@ -34,37 +33,6 @@ struct Options {
   std::string scene, hand, out, save, model;
   double rate = 1000, stall_ms = 0;
   bool json = false, no_timing = false;
-};
-
-/// A CSV table or a session file, by the extension.
-class TickSink {
- public:
-  TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
-           const haptics::TissueVolume& tissue) {
-    constexpr std::array kKinds{FileKind::kSession};
-    if (kind_of_name(file, kKinds) == FileKind::kSession) {
-      session_.emplace(file, scene, hand, tissue);
-    } else {
-      csv_ = std::make_unique<session::TicksCsvWriter>(file);
-    }
-  }
-  void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch) {
-    if (csv_) return csv_->append({&tick, 1});
-    session_->add(tick, cut, patch);
-  }
-  void add(const LoosePiece& piece) {
-    if (session_) session_->add(piece);
-  }
-  /// Ends the output; returns the tissue's hash.
-  std::uint64_t finish(const haptics::TissueVolume& tissue) {
-    if (session_) return session_->finish(tissue);
-    csv_->finish();
-    return tissue.hash();
-  }
-
- private:
-  std::unique_ptr<session::TicksCsvWriter> csv_;
-  std::optional<OfflineRecording> session_;
 };
 
 /// s, of the hand's path; empty if the hand itself ends the run.
@@ -102,62 +70,61 @@ void check_room(const Options& options, double seconds) {
 void run(const Options& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
-  std::optional<Expert> expert;
+  const bool expert = options.hand == "expert:" && !scene.implant;
   std::unique_ptr<haptics::HapticDevice> hand;
   if (options.hand == "expert:" && scene.implant) {
     hand = std::make_unique<ImplantExpert>(scene, options.rate);
-  } else if (options.hand == "expert:") {
-    expert.emplace(scene, load_untouched(scene));
-  } else {
-    hand = open_offline_hand(scene, options.hand, options.rate);
+  } else if (!expert) {
+    hand = open_unpaced_hand(scene, options.hand, options.rate);
   }
-  HapticLoop loop(scene, load_tissue(scene), hand ? hand->info() : ExpertHand::info_for(options.rate));
-  if (expert) hand = std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate, expert->grip());
+  SteppedSession session = start_session(scene, expert ? ExpertHand::info_for(options.rate) : hand->info());
+  if (expert) hand = std::make_unique<PlanningExpert>(scene, session.carver(), options.rate);
 
-  loop.stall_carver(options.stall_ms * 1e-3);
+  session.stall_carver(options.stall_ms * 1e-3);
+  if (options.no_timing) session.omit_times();
   const std::optional<double> length = length_of(options, scene);
   if (length) check_room(options, *length);
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
 
-  TickSink sink(options.out, scene, hand->info(), loop.carver().volume());
+  std::optional<SessionRecorder> recorder;
+  std::optional<session::TicksCsvWriter> csv;
+  if (constexpr std::array kKinds{FileKind::kSession}; kind_of_name(options.out, kKinds) == FileKind::kSession)
+    recorder.emplace(options.out, scene, hand->info(), session.carver().volume(), session.tapes());
+  else
+    csv.emplace(options.out);
 
-  auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
-  auto* const surgeon = dynamic_cast<ImplantExpert*>(hand.get());
+  const auto* const planner = dynamic_cast<const PlanningExpert*>(hand.get());
+  const auto* const surgeon = dynamic_cast<const ImplantExpert*>(hand.get());
   Progress progress(expert ? "expert" : "servo");
-  std::uint64_t ticks = 0;
+  Tape<CarverEvent>::Reader carver(session.tapes().carver);
+  std::uint64_t ticks = 0, pieces = 0;
   std::uint32_t faults = 0;
-  std::uint64_t pieces = 0;
-  ServoTick last;
+  const ServoTick& last = session.last();
   EvenSample times;  // ns, computing times of ticks
   // N, largest force; J, lowest energy balance
   double force_max = 0, energy_min = 0;
-  const auto each = [&](const ServoTick& tick, const Cut* cut) {
-    ServoTick row = tick;
-    if (options.no_timing) row.cpu_time = 0;
-    sink.add(row, cut, loop.fresh_patch());
-    for (const LoosePiece& piece : loop.carver().take_pieces()) {
-      sink.add(piece);
-      ++pieces;
-    }
+  const auto count_pieces = [&] {
+    for (CarverEvent event; carver.next(event);) pieces += std::holds_alternative<LoosePiece>(event);
+  };
+  while (session.advance(*hand)) {
+    recorder ? recorder->turn() : csv->append({&last, 1});
+    count_pieces();
     ++ticks;
     if (ticks % 256 == 0)
-      progress.at(experts ? experts->done() : surgeon ? surgeon->done() : length ? to_seconds(tick.t) / *length : 0);
-    faults |= tick.faults;
-    last = tick;
-    times.add(static_cast<double>(tick.cpu_time));
-    force_max = std::max(force_max, glm::length(tick.f_T_W));
-    energy_min = std::min(energy_min, tick.energy);
-  };
-  if (expert) {
-    run_expert(loop, *experts, *expert, each);
-  } else {
-    loop.run(*hand, each);
+      progress.at(planner ? planner->done() : surgeon ? surgeon->done() : length ? to_seconds(last.t) / *length : 0);
+    faults |= last.faults;
+    times.add(static_cast<double>(last.cpu_time));
+    force_max = std::max(force_max, glm::length(last.f_T_W));
+    energy_min = std::min(energy_min, last.energy);
   }
+  count_pieces();
   if (const std::string phase = surgeon ? surgeon->gave_up() : ""; !phase.empty())
     throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
-  const std::uint64_t field_hash = sink.finish(loop.carver().volume());
+  haptics::TissueVolume& tissue = session.carver().volume();
+  if (csv) csv->finish();
+  const std::uint64_t field_hash = recorder ? recorder->finish(tissue) : tissue.hash();
   progress.at(1);
-  if (!options.save.empty()) save_tissue(copy_of(loop.carver()), options.save);
+  if (!options.save.empty()) save_tissue(copy_of(session.carver()), options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;
@@ -170,7 +137,7 @@ void run(const Options& options) {
   if (options.json) {
     const nlohmann::ordered_json json = {
         {"model", model_name(scene)},
-        {"elements", loop.carver().body().elements()},
+        {"elements", session.carver().body().elements()},
         {"ticks", ticks},
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},

@@ -17,7 +17,7 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/commands/sound_page.h"
-#include "engine/app/sound_picture.h"
+#include "engine/app/commands/sound_picture.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"

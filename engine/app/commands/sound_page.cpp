@@ -11,7 +11,7 @@
 #include "audio/drill_synth.h"
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
-#include "engine/app/sound_picture.h"
+#include "engine/app/commands/sound_picture.h"
 #include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"

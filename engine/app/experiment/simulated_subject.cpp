@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/app/offline.h"
+#include "engine/app/session_start.h"
 #include "engine/app/wiring.h"
 #include "engine/base/error.h"
 
@@ -48,12 +48,12 @@ double nominal_difference(const Trial& trial) {
 
 struct ScriptedTouch::Loop {
   Scene scene;
-  haptics::LockStep steps;
+  SteppedSession session;
   haptics::ForceDelay delay;
   Nanos ended = 0;  // ns, time at which the previous stimulus ended
 
   Loop(const Scene& s, const haptics::DeviceInfo& hand)
-      : scene(s), steps(load_lock_step(s, hand)), delay(steps.settings(), kDelayRange) {}
+      : scene(s), session(start_session(s, hand)), delay(session.settings(), kDelayRange) {}
 };
 
 ScriptedTouch::ScriptedTouch(const Scene& scene, const std::string& hand, double rate)
@@ -63,7 +63,7 @@ ScriptedTouch::ScriptedTouch(const Scene& scene, const std::string& hand, double
 ScriptedTouch::~ScriptedTouch() = default;
 
 Felt ScriptedTouch::feel(const Stimulus& stimulus) {
-  const std::unique_ptr<haptics::HapticDevice> hand = open_offline_hand(scene_, hand_, rate_);
+  const std::unique_ptr<haptics::HapticDevice> hand = open_unpaced_hand(scene_, hand_, rate_);
   std::unique_ptr<Loop>& loop = loops_[stimulus.model];
   if (!loop) {
     Scene scene = scene_;
@@ -72,11 +72,10 @@ Felt ScriptedTouch::feel(const Stimulus& stimulus) {
   }
   SessionSettings settings;
   settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_ratio);
-  loop->steps.servo().set_stiffness(settings.stiffness_of(loop->scene.servo.materials));
+  loop->session.servo().set_stiffness(settings.stiffness_of(loop->scene.servo.materials));
 
   haptics::HandSample sample;
-  ServoTick tick;
-  Cut cut;
+  const ServoTick& tick = loop->session.last();
   dvec3 touched_at(0), normal(0);
   Nanos touched = -1;
   double force_depth = 0, depth_depth = 0;
@@ -86,7 +85,7 @@ Felt ScriptedTouch::feel(const Stimulus& stimulus) {
   const Nanos begin = loop->ended + (loop->ended > 0 ? kPause : 0);
   while (hand->read(sample)) {
     sample.t += begin;
-    loop->steps.tick(sample, tick, cut);
+    loop->session.tick(sample);
     if (first && inside(tick)) throw Error(hand_, "first row", "a tool in the tissue", "a path that begins in the air");
     first = false;
     const haptics::ForceDelay::Wrench wrench = loop->delay.pass(tick, from_seconds(stimulus.delay));

@@ -12,7 +12,6 @@
 #include "engine/app/experiment/experiment.h"
 #include "engine/app/scene.h"
 #include "haptics/force_delay.h"
-#include "haptics/lockstep.h"
 
 namespace typodont {
 

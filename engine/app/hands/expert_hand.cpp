@@ -57,14 +57,18 @@ struct Lead {
 
 }  // namespace
 
-void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
-                const std::function<void(const ServoTick&, const Cut*)>& each) {
-  while (true) {
-    loop.run(hand, each);
-    std::vector<ExpertLeg> rest = expert.plan(loop.carver().volume());
-    if (rest.empty()) return;
-    hand.go_on(rest);
+PlanningExpert::PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate)
+    : carver_(carver),
+      expert_(scene, load_untouched(scene)),
+      hand_(expert_.plan(carver.volume()), rate, expert_.grip()) {}
+
+bool PlanningExpert::read(haptics::HandSample& sample) noexcept {
+  while (!hand_.read(sample)) {
+    std::vector<ExpertLeg> rest = expert_.plan(carver_.volume());
+    if (rest.empty()) return false;
+    hand_.go_on(rest);
   }
+  return true;
 }
 
 void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {

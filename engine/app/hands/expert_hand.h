@@ -3,12 +3,11 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <limits>
 #include <vector>
 
 #include "engine/app/hands/expert.h"
-#include "engine/app/haptic_loop.h"
+#include "haptics/carver.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {
@@ -27,6 +26,8 @@ class ExpertHand final : public haptics::HapticDevice {
   /// thread only.
   void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
+  /// Pose at the start of the current step.
+  const Pose& from() const { return from_; }
 
  private:
   void next_leg() noexcept;
@@ -45,7 +46,7 @@ class ExpertHand final : public haptics::HapticDevice {
   /// step of exit_legs_; 2: follows the plan
   std::size_t way_ = 2;
   std::uint64_t ticks_ = 0;
-  Pose from_;          // pose at the start of the present step
+  Pose from_;
   Pose free_;          // end of the last step through air
   double along_ = 0;   // m, from the step's start to the target point
   double filled_ = 0;  // m³, before the present step
@@ -63,9 +64,22 @@ class ExpertHand final : public haptics::HapticDevice {
   double most_lead_;
 };
 
-/// Simulated time. After each plan the next one, from the present tissue, until one is empty. `each` follows every
-/// tick.
-void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
-                const std::function<void(const ServoTick&, const Cut*)>& each);
+/// The expert of a session on one thread. After each plan the next one, from the current tissue, until one is empty.
+class PlanningExpert final : public haptics::HapticDevice {
+ public:
+  /// The carver must outlive this object. Throws Error without an ideal result or a tool that can begin.
+  PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate);
+  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
+  bool read(haptics::HandSample& sample) noexcept override;
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  void see(const ServoTick& tick) noexcept override { hand_.see(tick); }
+  double done() const { return hand_.done(); }  // of the current plan, 0..1
+  const Pose& from() const { return hand_.from(); }
+
+ private:
+  haptics::Carver& carver_;
+  Expert expert_;
+  ExpertHand hand_;
+};
 
 }  // namespace typodont

@@ -79,12 +79,11 @@ class Writer {
 
 }  // namespace
 
-Student::Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate)
-    : rate_(rate), expert_(scene, load_untouched(scene)) {
+Student::Student(const Scene& scene, haptics::Carver& carver, double rate) : rate_(rate), expert_(scene, carver, rate) {
+  const haptics::TissueVolume& tissue = carver.volume();
   const dvec3 top = top_of_caries(tissue);
   const double r = scene.servo.tool.radius();
   above_ = top + dvec3(0, 0, 4.0_mm);
-  std::vector<ExpertLeg> legs = expert_.plan(tissue);
 
   Writer hand(dquat(1, 0, 0, 0));
   hand.start(above_ + dvec3(2.0_mm, 1.0_mm, 2.0_mm));
@@ -102,30 +101,24 @@ Student::Student(const Scene& scene, const haptics::TissueVolume& tissue, double
     }
     hand.move(above_, kTravelSpeed, 0);
   }
-  hand.move(legs.front().to.p, kTravelSpeed, 0);
+  hand.move(expert_.from().p, kTravelSpeed, 0);
   scripted_ = haptics::make_scripted_hand({hand.take()}, rate, /*paced=*/false);
-  hand_ = std::make_unique<ExpertHand>(std::move(legs), rate);
 }
 
-bool Student::read(haptics::HandSample& sample, const haptics::TissueVolume& now) {
-  if (!next(sample, now)) return false;
+bool Student::read(haptics::HandSample& sample) noexcept {
+  if (!next(sample)) return false;
   sample.t = from_seconds(static_cast<double>(ticks_++) / rate_);
   last_ = sample.X_WT;
   return true;
 }
 
-bool Student::next(haptics::HandSample& sample, const haptics::TissueVolume& now) {
+bool Student::next(haptics::HandSample& sample) {
   if (phase_ == Phase::kExplore) {
     if (scripted_->read(sample)) return true;
     phase_ = Phase::kDrill;
   }
-  while (phase_ == Phase::kDrill) {
-    if (hand_->read(sample)) return true;
-    std::vector<ExpertLeg> rest = expert_.plan(now);
-    if (!rest.empty()) {
-      hand_->go_on(rest);
-      continue;
-    }
+  if (phase_ == Phase::kDrill) {
+    if (expert_.read(sample)) return true;
     phase_ = Phase::kAway;
     Writer away(last_.R);
     away.start(last_.p);
@@ -134,10 +127,6 @@ bool Student::next(haptics::HandSample& sample, const haptics::TissueVolume& now
     scripted_ = haptics::make_scripted_hand({away.take()}, rate_, /*paced=*/false);
   }
   return scripted_->read(sample);
-}
-
-void Student::see(const ServoTick& tick) noexcept {
-  hand_->see(tick);
 }
 
 }  // namespace typodont

@@ -83,10 +83,9 @@ struct XrSession::Thread {
   double voxel;                             // m, voxel size of the tissue
   std::optional<render::BoxInWorld> reach;  // m, frame W: box that the tissue can occupy in the session
   Wiring& wiring;
-  Tape<ServoEvent>::Reader servo_tape;
-  Tape<CarverEvent>::Reader carver_tape;
   Options options;
   World world;
+  WorldReader reader{world, wiring.tapes};
   int mirror_hand = -1;  // index of the controller that holds the mouth mirror; -1: none
 
   display::RuntimeGate gate;
@@ -115,8 +114,6 @@ struct XrSession::Thread {
         voxel(tissue.frame().voxel),
         reach(tissue_reach(scene, tissue)),
         wiring(w),
-        servo_tape(w.tapes.servo),
-        carver_tape(w.tapes.carver),
         options(o),
         world(scene) {
     world.place(options.start);
@@ -152,18 +149,12 @@ struct XrSession::Thread {
     publish_hand(nullptr);
     gate.done();
     if (world.debris()) {
-      follow_tapes();
+      reader.read();
       const std::lock_guard lock(mutex);
       debris_mass = world.debris()->settle();
-      debris_mass->events_lost = servo_tape.lost();
+      debris_mass->events_lost = reader.lost();
     }
     enter(Phase::kOver, error);
-  }
-
-  /// Reads what servo and carver did since the last call.
-  void follow_tapes() {
-    for (ServoEvent event; servo_tape.next(event);) world.apply(event);
-    for (CarverEvent event; carver_tape.next(event);) world.apply(event);
   }
 
   void frame_loop(XrStage& stage) {
@@ -194,7 +185,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      follow_tapes();        // also while the headset is off, so that nothing is lost
+      reader.read();         // also while the headset is off, so that nothing is lost
       if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
@@ -205,7 +196,7 @@ struct XrSession::Thread {
       const Nanos woke = now(), zero = wiring.session_zero;
       const double dt = to_seconds(woke - last_frame);
       last_frame = woke;
-      follow_tapes();
+      reader.read();
       MeshBatch* batch = nullptr;
       while (wiring.bricks.pop(batch)) {
         const std::unique_ptr<MeshBatch> owned(batch);

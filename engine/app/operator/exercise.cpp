@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
+#include "engine/app/planning/scene_text.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/scene_text.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"

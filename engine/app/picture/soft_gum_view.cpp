@@ -106,11 +106,6 @@ void SoftGumView::mark(std::uint32_t brick) {
   if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
 }
 
-void SoftGumView::take(haptics::SoftTissue& tissue) {
-  tissue.send_moves([&](const haptics::SoftMove& moved) { return move(moved), true; });
-  for (const haptics::SoftWound& wound : tissue.wounds().subspan(wounds_.size())) bleed(wound);
-}
-
 void SoftGumView::apply(const ServoEvent& event) {
   if (const auto* const moves = std::get_if<GumMoves>(&event)) {
     for (const haptics::SoftMove& moved : std::span(moves->points).first(moves->count)) move(moved);

@@ -33,8 +33,6 @@ class SoftGumView {
   /// Sets the new state of one point of the gum.
   void move(const haptics::SoftMove& move);
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
-  /// Applies all changes of the soft tissue since the last call. Used by programs with one thread.
-  void take(haptics::SoftTissue& tissue);
   /// Applies moved points and wounds; other events change nothing.
   void apply(const ServoEvent& event);
   /// Restores the state of an undamaged and undeformed gum.

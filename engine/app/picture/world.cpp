@@ -1,6 +1,7 @@
 #include "engine/app/picture/world.h"
 
 #include <cmath>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -60,10 +61,7 @@ void World::reach(Nanos t) {
 
 void World::step(Nanos t) {
   constexpr double kSeconds = 1e-9 * kStep;
-  if (gum_) {
-    if (take_gum_) take_gum_(*gum_);
-    gum_->follow(t);
-  }
+  if (gum_) gum_->follow(t);
   if (DebrisView* const moving = debris()) {
     moving->hold(tick_, tool());
     moving->step(kSeconds);
@@ -109,6 +107,10 @@ void World::apply(const CarverEvent& event) {
   if (const auto* const piece = std::get_if<LoosePiece>(&event)) apply(*piece);
 }
 
+void World::apply(const ViewEvent& event) {
+  if (const auto* const water = std::get_if<WaterSwitch>(&event)) apply(*water);
+}
+
 void World::apply(const haptics::HandSample& left) {
   if (!hand_holds_suction(scene_)) {
     mirror_ = held(scene_.mouth_mirror, left.X_WT);
@@ -134,6 +136,36 @@ MouthMirror World::mirror() const {
   MouthMirror mirror = mirror_;
   if (fog_ && mirror.diameter > 0) mirror.fog = fog_->fog();
   return mirror;
+}
+
+template <class Event>
+void WorldReader::Next<Event>::fetch(int rank) {
+  if (waits || !reader.next(event)) return;
+  waits = true;
+  const auto time = [&](const auto& e) {
+    if constexpr (requires { e.t; }) return e.t;
+    return order.first;  // no time of its own: directly after the event before it
+  };
+  constexpr int kTickRank = 4;  // what belongs to a tick comes before it
+  if constexpr (requires { std::variant_size<Event>::value; }) {
+    order = {std::visit(time, event), rank};
+    if constexpr (std::is_same_v<Event, ServoEvent>)
+      if (std::holds_alternative<ServoTick>(event)) order.second = kTickRank;
+  } else {
+    order = {time(event), rank};
+  }
+}
+
+void WorldReader::read() {
+  const auto apply_if_first = [&](auto& next, const auto&... others) {
+    if (!next.waits || ((others.waits && others.order < next.order) || ...)) return false;
+    world_.apply(next.event);
+    return !(next.waits = false);
+  };
+  do {
+    servo_.fetch(0), carver_.fetch(1), view_.fetch(2), left_.fetch(3);
+  } while (apply_if_first(servo_, carver_, view_, left_) || apply_if_first(carver_, servo_, view_, left_) ||
+           apply_if_first(view_, servo_, carver_, left_) || apply_if_first(left_, servo_, carver_, view_));
 }
 
 double drawn_spin(const haptics::Tool& tool, double spindle) {

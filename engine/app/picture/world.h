@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,8 +36,6 @@ class World {
   World& operator=(const World&) = delete;
   /// Adds chips, water and suction. `tissue`: at the start of the session; used only here.
   void add_debris(const haptics::TissueVolume& tissue);
-  /// Sets the function that passes the changes of the soft gum to the view, once a step.
-  void follow_gum(std::function<void(SoftGumView&)> take) { take_gum_ = std::move(take); }
   /// Goes back to the start of the session. `debris`: false: from now on without chips and water.
   void restart(bool debris = true);
 
@@ -47,6 +44,7 @@ class World {
   // Events, in the order of their time. A cut and a piece come before their tick.
   void apply(const ServoEvent& event);
   void apply(const CarverEvent& event);
+  void apply(const ViewEvent& event);
   void apply(const ServoTick& tick);
   void apply(const Cut& cut);
   void apply(const LoosePiece& piece);
@@ -85,8 +83,7 @@ class World {
   std::optional<DebrisView> debris_;
   bool shows_debris_ = true;
   std::optional<SoftGumView> gum_;  // empty if the gum is rigid
-  std::function<void(SoftGumView&)> take_gum_;
-  std::optional<MirrorFog> fog_;  // empty if the fog does not change
+  std::optional<MirrorFog> fog_;    // empty if the fog does not change
   MouthMirror mirror_;
   SuctionTip tip_;
   WaterSwitch water_;
@@ -97,6 +94,38 @@ class World {
   Nanos next_ = 0;  // ns, time of the next step
   std::uint64_t steps_ = 0;
   bool started_ = false;  // true after the first tick
+};
+
+/// Folds a session's tapes into a World, in the order of their times. The result does not depend on how often read() is
+/// called.
+class WorldReader {
+ public:
+  /// World and tapes must outlive this object.
+  WorldReader(World& world, const Tapes& tapes)
+      : world_(world), servo_(tapes.servo), carver_(tapes.carver), view_(tapes.view), left_(tapes.left) {}
+  /// Applies the new events.
+  void read();
+  /// Number of the servo's events that were overwritten before they were read.
+  std::uint64_t lost() const { return servo_.reader.lost(); }
+
+ private:
+  /// The next event of a tape.
+  template <class Event>
+  struct Next {
+    explicit Next(const Tape<Event>& tape) : reader(tape) {}
+    void fetch(int rank);
+
+    typename Tape<Event>::Reader reader;
+    Event event{};
+    bool waits = false;
+    std::pair<Nanos, int> order{};  // time, and rank among events of the same time
+  };
+
+  World& world_;
+  Next<ServoEvent> servo_;
+  Next<CarverEvent> carver_;
+  Next<ViewEvent> view_;
+  Next<haptics::HandSample> left_;
 };
 
 /// Returns the speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as

@@ -11,11 +11,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
 #include "engine/app/session_recorder.h"
+#include "engine/app/stepped.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/base/temporary_folder.h"
@@ -113,13 +113,6 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. If the recording has a gap, the numbers of its cuts are not consecutive. But the carver (owner
-/// of the tissue) expects consecutive numbers. So the cut gets the next number of the carver.
-void apply_next(haptics::Carver& carver, Cut cut) {
-  cut.index = carver.cuts() + 1;
-  carver.apply(cut);
-}
-
 void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
   edit.redo ? carver.redo() : carver.undo();
 }
@@ -144,46 +137,6 @@ Scene scene_of(const session::SessionReader& session, const ScenePlace& from) {
     throw Error(session.file().string(), "header/tools", fmt::format("{} tools", header.tools.size()),
                 fmt::format("the {} of its scene", tools));
   return scene;
-}
-
-std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
-                                           haptics::TissueVolume start, Nanos t) {
-  auto made = std::make_unique<haptics::Carver>(std::move(start), scene.servo);
-  haptics::Carver& carver = *made;
-  const std::vector<StrokeEdit> edits = edits_of(session);
-  auto edit = edits.begin();
-  for (const Cut& cut : session.cuts()) {
-    if (cut.t > t) break;
-    for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
-    apply_next(carver, cut);
-  }
-  for (; edit != edits.end() && edit->t <= t; ++edit) repeat(carver, *edit);
-  carver.end_stroke();
-  return made;
-}
-
-haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
-                                Nanos t) {
-  return carver_at(session, scene, std::move(start), t)->take_tissue();
-}
-
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
-                                    haptics::TissueVolume start) {
-  return tissue_at(session, scene, std::move(start), std::numeric_limits<Nanos>::max());
-}
-
-std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t) {
-  std::uint64_t first = 0, end = session.tick_count();  // Bisection: the wanted tick lies in [first, end).
-  while (end - first > 1) {
-    const std::uint64_t middle = first + (end - first) / 2;
-    (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
-  }
-  return first;
-}
-
-ServoTick tick_at(const session::SessionReader& session, Nanos t) {
-  if (session.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
-  return session.ticks(place_of_tick_at(session, t), 1).front();
 }
 
 bool has_other_law(const session::SessionReader& session) {
@@ -299,44 +252,28 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   hand.vibration_band = session.header().vibration_band;
   hand.position_step = session.header().position_step;
   hand.torque_limit = session.header().gives_torque ? std::numeric_limits<double>::infinity() : 0;
-  HapticLoop loop(scene, load_tissue(scene), hand);
-  std::unique_ptr<session::SessionWriter> writer;
-  if (!out.empty()) {
-    session::SessionHeader header = session_header(scene, {}, hand, loop.carver().volume(), hand.rate);
-    header.trainee = session.header().trainee;
-    header.date.clear();
-    session::WriterOptions options;
-    options.whole_or_nothing = true;
-    writer = std::make_unique<session::SessionWriter>(out, header, options);
-  }
+  SteppedSession today(scene, load_tissue(scene), hand);
+  today.omit_times();
+  std::optional<SessionRecorder> recorder;
+  if (!out.empty())
+    recorder.emplace(out, scene, hand, today.carver().volume(), today.tapes(), session.header().trainee);
   RerunResult result;
-  TickNotes notes(scene, std::nullopt);
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
   const auto edit_before = [&](Nanos t) {
-    for (; edit != edits.end() && edit->t <= t; ++edit) {
-      haptics::Carver& carver = loop.carver();
-      const StrokeEdit repeated{edit->t, edit->redo, carver.cuts(), carver.snapshots()};
-      if ((edit->redo ? carver.redo() : carver.undo()) && writer) writer->append(event_of(repeated));
+    for (; edit != edits.end() && edit->t < t; ++edit) {
+      today.edit(edit->redo);
+      if (recorder) recorder->turn();
     }
   };
   constexpr std::uint64_t kChunk = 65536;
   double force2 = 0, tool2 = 0;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
-      ServoTick tick;
-      Cut cut;
       edit_before(recorded.t);
       const std::uint32_t of_hand = recorded.faults & (haptics::kNoPose | bits(Fault::kHeld));
-      const bool did_cut = loop.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, of_hand}, tick, cut);
-      tick.cpu_time = 0;
-      if (writer) {
-        if (loop.fresh_patch()) writer->append({loop.fresh_patch(), 1});
-        if (did_cut) writer->append({&cut, 1});
-        writer->append({&tick, 1});
-        notes.add(tick, *writer);
-        for (const LoosePiece& piece : loop.carver().take_pieces()) writer->append(event_of(piece));
-      }
+      const ServoTick& tick = today.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, of_hand});
+      if (recorder) recorder->turn();
       const double off = glm::length(tick.f_T_W - recorded.f_T_W),
                    tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
       force2 += off * off, tool2 += tool_off * tool_off;
@@ -356,7 +293,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
     result.force_off_rms = std::sqrt(force2 / static_cast<double>(result.ticks));
     result.tool_off_rms = std::sqrt(tool2 / static_cast<double>(result.ticks));
   }
-  if (writer && !writer->finish(session_result(loop.carver().volume()))) throw RunFailure(writer->status().message);
+  if (recorder) recorder->finish(today.carver().volume());
   return result;
 }
 

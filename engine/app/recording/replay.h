@@ -6,20 +6,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "engine/app/scene.h"
 #include "engine/contract/contact.h"
 #include "engine/session/session_file.h"
-#include "haptics/tissue_volume.h"
 
 namespace typodont {
-
-namespace haptics {
-class Carver;
-}
 
 /// Difference between a session and a new run of its recorded hand, with another scene or another force law.
 struct RerunResult {
@@ -70,20 +64,5 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// are read. `from`: place of the scene that continues this session. Throws Error if a file is missing or has changed,
 /// or if a chain of sessions that continue each other is too long.
 Scene scene_of(const session::SessionReader& session, const ScenePlace& from = {});
-
-/// Makes a carver (owner of the tissue) in the state of a session at time t. It applies the cuts and edits to `start`.
-std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
-                                           haptics::TissueVolume start, Nanos t);
-/// Returns the tissue at time t of a session (or at its end), computed from the initial tissue `start` and the recorded
-/// cuts.
-haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
-                                Nanos t);
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
-                                    haptics::TissueVolume start);
-
-/// Returns the index of the last tick at or before the time t; if all ticks are later, the index of the first tick. The
-/// session must contain ticks.
-std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
-ServoTick tick_at(const session::SessionReader& session, Nanos t);
 
 }  // namespace typodont

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/assets.h"
+#include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/base/error.h"
 

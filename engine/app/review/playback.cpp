@@ -20,7 +20,6 @@
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/player.h"
-#include "engine/app/review/recorded_world.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
@@ -57,13 +56,10 @@ display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
 class Side {
  public:
   Side(const session::OpenedSession& session, std::string name, session::Language language)
-      : player_(session),
-        recorded_(player_.session(), player_.scene(), player_.tissue()),
-        name_(std::move(name)),
-        language_(language) {}
+      : player_(session), name_(std::move(name)), language_(language) {}
 
   SessionPlayer& player() { return player_; }
-  World& world() { return recorded_.world(); }
+  World& world() { return player_.world(); }
   PictureStage& stage() { return *stage_; }
   const haptics::ServoSettings& servo() const { return player_.scene().servo; }
 
@@ -90,8 +86,7 @@ class Side {
 
   /// Goes to the state at the playback's time.
   void go(const PlayClock& clock) {
-    player_.seek(player_.begin() + clock.at);
-    recorded_.go(from_seconds(player_.begin() + clock.at), clock.speed < 0);
+    player_.seek(player_.begin() + clock.at, clock.speed < 0);
     world().say(line(clock));
     std::vector<render::MeshUpdate> surface = player_.take_surface();
     const dvec3 origin = player_.tissue().frame().origin;
@@ -125,7 +120,7 @@ class Side {
   /// tooth. Computes them again only after the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
-    const std::uint64_t cuts = player_.tick().cuts;
+    const std::uint64_t cuts = world().tick().cuts;
     const dvec3 origin = volume.frame().origin;
     const render::View view = view_ == "section" ? render::View::kSection : render::View::kXray;
     if (view == render::View::kSection && inside_cuts_ == ~std::uint64_t{0}) {
@@ -133,7 +128,7 @@ class Side {
       dvec3 middle(0);
       for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
       const auto count = static_cast<double>(player_.session().cuts().size());
-      plane_ = section_facing(count > 0 ? middle / count : player_.tick().X_WG.p, stage_->rig().head.eye_center);
+      plane_ = section_facing(count > 0 ? middle / count : world().tick().X_WG.p, stage_->rig().head.eye_center);
       if (const auto around = surroundings_shape(player_.scene().surroundings))
         stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
     }
@@ -145,7 +140,6 @@ class Side {
   }
 
   SessionPlayer player_;
-  RecordedWorld recorded_;
   std::string name_;
   session::Language language_;
   PictureStage* stage_ = nullptr;
@@ -314,14 +308,14 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
   const int times = std::max(1, options.loops);
   clock.loop = times > 1;
   const double length = (clock.to - clock.from) / std::abs(clock.speed) * times;
-  Tapes tapes;
   std::optional<SoundLink> sound;
   fs::path wav;
   SessionPlayer& player = playback.first().player();
+  const Nanos zero = from_seconds(player.begin() + clock.from);
   if (options.speed == 1 && times == 1 && player.scene().needs("sound")) {
     wav = options.film;
     wav += ".wav";
-    sound.emplace("wav:" + wav.string(), player.scene(), tapes, /*live=*/false);
+    sound.emplace("wav:" + wav.string(), player.scene(), player.tapes(), /*live=*/false, /*binaural=*/false, zero);
   }
   const auto remove_wav = [&] {
     std::error_code code;
@@ -331,34 +325,13 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
   try {
     std::optional<session::FilmWriter> film;
     const auto frames = static_cast<std::uint64_t>(std::max(1.0, std::round(length * options.fps)));
-    std::uint64_t heard = 0;
-    std::vector<ServoTick> ticks;
-    std::size_t tick = 0;
     for (; result.frames < frames; ++result.frames) {
       progress.at(static_cast<double>(result.frames) / static_cast<double>(frames));
       playback.draw();
       const render::Picture screen = playback.screen();
       if (!film) film.emplace(options.film, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
       film->add(screen.rgba);
-      if (sound) {
-        const Nanos zero = from_seconds(player.begin() + clock.from), until = from_seconds(player.begin() + clock.at);
-        while (true) {
-          if (tick == ticks.size()) {
-            ticks = player.session().ticks(heard, 4096);
-            heard += ticks.size();
-            tick = 0;
-            if (ticks.empty()) break;
-          }
-          if (ticks[tick].t > until) break;
-          if (ticks[tick].t >= zero) {
-            ServoTick shifted = ticks[tick];
-            shifted.t -= zero;
-            tapes.servo.write(shifted);
-          }
-          ++tick;
-        }
-        sound->advance(until - zero);
-      }
+      if (sound) sound->advance(from_seconds(player.begin() + clock.at) - zero);
       clock.advance(1 / options.fps);
     }
     result.seconds = static_cast<double>(frames) / options.fps;

@@ -5,6 +5,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/implant/implant_scene.h"
+#include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/crown_ideal.h"

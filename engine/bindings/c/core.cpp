@@ -70,12 +70,12 @@ haptics::HandSample to_hand(const typodont_sample& sample, Nanos last) noexcept 
   return hand;
 }
 
-typodont_result answer(const ServoTick& tick, bool did_cut, const Cut& made, typodont_tick* out,
-                       typodont_cut* cut) noexcept {
+/// `made`: the tick's cut, or null.
+typodont_result answer(const ServoTick& tick, const Cut* made, typodont_tick* out, typodont_cut* cut) noexcept {
   put(tick, *out);
   if (cut) {
-    if (did_cut)
-      put(made, *cut);
+    if (made)
+      put(*made, *cut);
     else
       cut->index = 0;
   }
@@ -88,7 +88,7 @@ CoreObject::CoreObject(Scene s, haptics::DeviceInfo h)
     : scene(std::move(s)),
       hand(std::move(h)),
       tools(static_cast<std::uint32_t>(haptics::tool_set(scene.servo).size())),
-      shared(new Shared{load_lock_step(scene, hand), nullptr, nullptr}) {}
+      shared(new Shared{start_session(scene, hand), nullptr}) {}
 
 CoreObject::~CoreObject() {
   if (!recording) return;
@@ -96,21 +96,11 @@ CoreObject::~CoreObject() {
   recording.reset();
 }
 
-bool CoreObject::step(const haptics::HandSample& sample) {
-  haptics::LockStep& steps = shared->steps;
-  const bool did_cut = steps.tick(sample, tick, cut);
-  ++ticks;
-  if (!recording) {
-    if (did_cut) (void)steps.carver().take_pieces();
-    return did_cut;
-  }
-  Tapes& tapes = *shared->tapes;
-  if (const PatchUse* const use = steps.fresh_snapshot()) tapes.servo.write(*use);
-  if (did_cut) tapes.servo.write(cut);
-  tapes.servo.write(tick);
-  for (const LoosePiece& piece : steps.carver().take_pieces()) tapes.carver.write(piece);
+SteppedSession& CoreObject::step(const haptics::HandSample& sample) {
+  shared->session.tick(sample);
+  begun = true;
   record();
-  return did_cut;
+  return shared->session;
 }
 
 void CoreObject::record() {
@@ -129,16 +119,13 @@ bool carve(CoreObject& core, bool to_end = false) {
   const CarverSide::Read found = core.side->follow([](const Cut&) {}, to_end || servo_is_freed);
   core.side->keep_up();
   const bool offered = found.tick && core.side->offer(/*due_only=*/true);
-  core.tick = core.side->tick();
   core.record();
   return found.cut || offered || (core.recording && found.tick);
 }
 
 typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
   return with(handle, [&](CoreObject& core) {
-    Tapes* const tapes = core.shared->tapes.get();
-    const bool did = core.side ? core.side->edit(redo)
-                               : edit_stroke(core.carver(), redo, core.tick.t, tapes ? &tapes->carver : nullptr);
+    const bool did = core.side ? core.side->edit(redo) : core.shared->session.edit(redo);
     core.record();
     if (done) *done = did;
   });
@@ -193,8 +180,8 @@ typodont_result typodont_core_tick(typodont_core* core, const typodont_sample* s
     if (c.shared->patch) return fail(TYPODONT_BAD_INPUT, kGivenAway);
     const IeeeArithmetic ieee;
     prefetch(*out);
-    const bool did_cut = c.step(to_hand(*sample, c.tick.t));
-    return answer(c.tick, did_cut, c.cut, out, cut);
+    const SteppedSession& session = c.step(to_hand(*sample, c.shared->session.last().t));
+    return answer(session.last(), session.cut(), out, cut);
   });
 }
 
@@ -213,12 +200,12 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
       if (!held->device->read(sample)) return fail(TYPODONT_END, "the hand has come to its end");
       require(sample.tool < c.tools, kNoSuchTool);
       sample.faults = held->device->faults();
-      c.step(sample);
-      held->device->write(c.tick.f_T_W, c.tick.tau_T_W);
+      const ServoTick& tick = c.step(sample).last();
+      held->device->write(tick.f_T_W, tick.tau_T_W);
       if (!ticks) continue;
       typodont_tick& out = element(ticks, *count, stride);
       out.struct_size = stride;
-      put(c.tick, out);
+      put(tick, out);
     }
     return typodont_result{TYPODONT_OK};
   });
@@ -231,14 +218,15 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
     require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
             "the place where the tool starts: NULL, not finite, or too far away");
     require(!c.shared->patch, "the servo was given away already");
-    require(c.ticks == 0, "the servo can be given away before the first tick only");
-    if (!c.shared->tapes) c.shared->tapes = std::make_unique<Tapes>();
+    require(!c.begun, "the servo can be given away before the first tick only");
     c.shared->patch = std::make_unique<haptics::PatchExchange>(c.carver());
-    c.tick.X_WT.p = c.tick.X_WG.p = to_vec(start_W);
-    c.side.emplace(c.carver(), *c.shared->patch, *c.shared->tapes, c.tick);
-    c.shared->patch->offer(c.carver(), c.tick.X_WG.p);
+    ServoTick start;
+    start.X_WT.p = start.X_WG.p = to_vec(start_W);
+    Tapes& tapes = c.shared->session.tapes();
+    c.side.emplace(c.carver(), *c.shared->patch, tapes, start);
+    c.shared->patch->offer(c.carver(), start.X_WG.p);
     auto servo = std::make_unique<ServoObject>(
-        ServoObject{c.shared, {c.shared->steps.servo(), c.shared->tapes->servo, c.hand.rate}, c.tools, {}, {}});
+        ServoObject{c.shared, {c.shared->session.servo(), tapes.servo, c.hand.rate}, c.tools, {}, {}});
     *out = make_handle<typodont_servo>(std::move(servo));
   });
 }
@@ -252,10 +240,10 @@ typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample
   if (sample->tool >= s.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
   const IeeeArithmetic ieee;
   s.side.take_patch(*s.shared->patch, now());
-  const bool did_cut = s.shared->steps.servo().tick(to_hand(*sample, s.tick.t), s.tick, s.cut);
+  const bool did_cut = s.shared->session.servo().tick(to_hand(*sample, s.tick.t), s.tick, s.cut);
   s.tick.cpu_time = 0;
   s.side.write(s.tick, did_cut ? &s.cut : nullptr);
-  return answer(s.tick, did_cut, s.cut, out, cut);
+  return answer(s.tick, did_cut ? &s.cut : nullptr, out, cut);
 }
 
 typodont_result typodont_core_carve(typodont_core* core, int32_t* worked) {
@@ -406,10 +394,9 @@ typodont_result typodont_core_record(typodont_core* core, const char* file, cons
   return with(core, [&](CoreObject& c) {
     require(file, "NULL for the file");
     require(!c.recording, "it is being recorded already");
-    require(c.ticks == 0 && !c.shared->patch, "a recording begins before the first tick");
+    require(!c.begun && !c.shared->patch, "a recording begins before the first tick");
     const SessionFiles files;
-    c.shared->tapes = std::make_unique<Tapes>();
-    c.recording.emplace(file, c.scene, c.hand, c.volume(), *c.shared->tapes, trainee ? trainee : "");
+    c.recording.emplace(file, c.scene, c.hand, c.volume(), c.shared->session.tapes(), trainee ? trainee : "");
   });
 }
 

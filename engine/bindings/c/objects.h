@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/offline.h"
 #include "engine/app/scene.h"
 #include "engine/app/session_recorder.h"
+#include "engine/app/session_start.h"
 #include "engine/app/sides.h"
 #include "engine/bindings/c/call.h"
 #include "engine/surface/surface_mesher.h"
-#include "haptics/lockstep.h"
 #include "haptics/patch_exchange.h"
 
 namespace typodont::bindings {
@@ -39,17 +38,12 @@ struct CoreObject {
   /// Data that the core shares with a servo on another thread. The servo's thread uses the class Servo, and the core's
   /// thread uses the class Carver.
   struct Shared {
-    haptics::LockStep steps;
-    std::unique_ptr<Tapes> tapes;                   // null if nobody reads them
+    SteppedSession session;
     std::unique_ptr<haptics::PatchExchange> patch;  // null while the servo runs on the core's thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;  // number of ticks that step() has computed
-  // Every tick uses `recording` and the members below it. They are next to each other in memory, so that the cache
-  // loads them together.
+  bool begun = false;  // step() has computed a tick
   std::optional<SessionRecorder> recording;
-  ServoTick tick;  // the latest tick
-  Cut cut;
   std::optional<CarverSide> side;  // empty while the servo runs on the core's thread
 
   // Converts the tissue's surface to triangles. This member and the following ones belong to the surface mesh.
@@ -58,11 +52,10 @@ struct CoreObject {
   std::vector<std::vector<typodont_vertex>> vertices;  // vertices of each element of `parts`
   std::vector<typodont_mesh_part> parts;
 
-  haptics::Carver& carver() { return shared->steps.carver(); }
+  haptics::Carver& carver() { return shared->session.carver(); }
   haptics::TissueVolume& volume() { return carver().volume(); }
-  /// Computes one tick of servo and carver together on this thread, and records it if a recording exists. Returns true
-  /// if the tick removed tissue.
-  bool step(const haptics::HandSample& sample);
+  /// Computes one tick of servo and carver together on this thread, and records it if a recording exists.
+  SteppedSession& step(const haptics::HandSample& sample);
   /// Writes new events to the recording, if one exists.
   void record();
 };

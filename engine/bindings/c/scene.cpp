@@ -80,7 +80,7 @@ typodont_result typodont_hand_open(typodont_scene* scene, const char* address, d
     require_rate(rate);
     const SessionFiles files;
     *out =
-        make_handle<typodont_hand>(std::make_unique<HandObject>(HandObject{open_offline_hand(s.scene, address, rate)}));
+        make_handle<typodont_hand>(std::make_unique<HandObject>(HandObject{open_unpaced_hand(s.scene, address, rate)}));
   });
 }
 

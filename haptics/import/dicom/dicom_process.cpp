@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/guarded_process.h"
+#include "engine/base/temporary_folder.h"
 
 namespace typodont::haptics::importing {
 
@@ -18,7 +19,7 @@ namespace {
 class Scratch {
  public:
   Scratch() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "typodont_dicom_XXXXXX").string();
+    std::string pattern = (temporary_place() / "typodont_dicom_XXXXXX").string();
     fd_ = mkstemp(pattern.data());
     if (fd_ < 0) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
     unlink(pattern.c_str());

@@ -42,6 +42,26 @@ for name in ("femur", "artificial"):
 def bound(text, otherwise):
     return float(text) if text else otherwise
 
+# Constants that remain estimates, and what would settle each.
+ESTIMATES = [
+    ("`specific_energy_J_per_mm3` of enamel and dentin, for a blade and for a diamond",
+     "slabs cut at three feeds on a force plate with a carbide and with diamonds of two grits, at a measured speed; "
+     "the full texts of PMID 31532324 and of doi 10.1016/j.jmbbm.2019.103529 may state it"),
+    ("`energy_ratio` of the coarse diamond", "mass of enamel lost in 60 s at 0.9 and 1.8 N, medium and coarse"),
+    ("`specific_energy_J_per_mm3` of caries, pulp, gingiva, amalgam and composite", "the same with these materials"),
+    ("`specific_energy_J_per_mm3` of bone", "published (bone drilling, above): it needs the thickness of the chip"),
+    ("`cutting_coefficient`", "normal and tangential force of one bur in each tissue at three feeds"),
+    ("`side_efficiency` and `end_efficiency`", "one bur at one load, plunged and drawn sideways"),
+    ("`scrapes` of excavators and carvers", "mass of dentin lost over 50 strokes at 5 N"),
+    ("`static_friction` and `dynamic_friction`", "a steel ball of 0.5 mm on wet enamel, dentin and bone at 0.2 to 2 N"),
+    ("`stiffness_N_per_mm` of all tissues but enamel, dentin and pulp", "force and depth of an explorer in each"),
+    ("torque lines of the motors", "one named turbine and one electric handpiece, braked in 20 steps"),
+    ("`run_up_s` of electric motors", "speed of a free bur after a step of the pedal"),
+    ("necks and lengths of shanks", "a caliper on the burs"),
+    ("rates of filling instruments", "a scale and a stopwatch"),
+    ("thickness of cortical bone by class", "cone beam CTs of thirty jaws by class"),
+]
+
 
 class Row:
     """An experiment with its simulated band."""
@@ -117,8 +137,8 @@ def page(rows, origin, docs):
         `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
         load or feed, and writes this page. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
-        states them, otherwise ±35 % for rates and times and ±20 % for forces. Rows with "fit" set constants, rows with
-        "test" did not. The table of experiments is `tests/bench/reality/experiments.csv`; quality A: value from a
+        states them, otherwise ±35 % for rates and times and ±20 % for forces. Rows with "fit" may set constants, rows
+        with "test" may not. The table of experiments is `tests/bench/reality/experiments.csv`; quality A: value from a
         table, B: from an abstract, C: secondary source. Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
         known = [row for row in some if row.band]
@@ -142,7 +162,11 @@ def page(rows, origin, docs):
     text += "\n## Not simulated\n\n" + table(
         ["process", "result", "why not", "source"],
         [[row.process, row.what, row.conditions, f"{row.source} ({row.quality})"] for row in every if not row.band])
-    return text
+    text += "\n## Estimates\n\n" + paragraph(
+        """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
+        standard, B abstract, C secondary source, E estimate; F would be a value fitted to rows of this page. What
+        remains an estimate, and what would settle it:""") + "\n\n"
+    return text + table(["constant", "experiment"], [list(line) for line in ESTIMATES])
 
 
 def main(folder, docs):

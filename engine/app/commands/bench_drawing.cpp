@@ -1,4 +1,4 @@
-#include "engine/app/bench_drawing.h"
+#include "engine/app/commands/bench_drawing.h"
 
 #include <cairo-pdf.h>
 #include <cairo-svg.h>

@@ -1,4 +1,4 @@
-#include "engine/app/sound_picture.h"
+#include "engine/app/commands/sound_picture.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "engine/app/scene_text.h"
+#include "engine/app/planning/scene_text.h"
 
 #include <cmath>
 #include <filesystem>

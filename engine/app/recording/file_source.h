@@ -1,0 +1,52 @@
+// A recorded session as a source: writes the events of the file to tapes. A recording does not contain the soft gum: at
+// each tick, the tool is placed at the pose at which it was drawn, where it presses and cuts the gum.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/app/scene.h"
+#include "engine/app/sides.h"
+#include "engine/app/tapes.h"
+#include "engine/session/session_file.h"
+#include "haptics/soft_tissue.h"
+
+namespace typodont {
+
+class FileSource {
+ public:
+  /// Session and scene must outlive this object.
+  FileSource(const session::SessionReader& session, const Scene& scene);
+
+  /// Writes the next events up to the time t, at most those of a second, so that no reader is overtaken. Returns false
+  /// if there is none: while (source.advance(t)) reader.read();
+  bool advance(Nanos t);
+  /// The next advance() begins again with the first tick.
+  void rewind();
+
+  const Tapes& tapes() const { return *tapes_; }
+  /// The soft gum at rest; null if the gum is rigid.
+  const std::shared_ptr<const haptics::SoftSurface>& gum() const { return surface_; }
+
+ private:
+  const ServoTick* next_tick();
+  void write_before(Nanos t);
+  void press(const ServoTick& tick);
+
+  const session::SessionReader& session_;
+  const Scene& scene_;
+  const std::unique_ptr<Tapes> tapes_ = std::make_unique<Tapes>();
+  const std::shared_ptr<const haptics::SoftSurface> surface_;
+  std::optional<haptics::SoftTissue> gum_;
+  std::optional<GumWriter> gum_writer_;
+  std::vector<LoosePiece> pieces_;
+  const session::StreamData *water_ = nullptr, *left_hand_ = nullptr;
+  // indices of the next events
+  std::uint64_t tick_ = 0;
+  std::size_t cut_ = 0, piece_ = 0, switch_ = 0, left_ = 0;
+  std::vector<ServoTick> block_;  // ticks from block_first_ on
+  std::uint64_t block_first_ = 0;
+};
+
+}  // namespace typodont

@@ -1,0 +1,60 @@
+// The tissue of a recorded session at any time. The recorded cuts are applied in order, including strokes that were
+// undone later. For one thread.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "engine/app/scene.h"
+#include "engine/session/session_file.h"
+#include "haptics/carver.h"
+
+namespace typodont {
+
+class RecordedTissue {
+ public:
+  /// `start`: tissue before the first tick. Session and scene must outlive this object. Throws Error.
+  RecordedTissue(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
+
+  /// Forward: applies the cuts and edits up to the time t. Backward: undoes all strokes that end after t. If the first
+  /// of these strokes began before t, its cuts before t are then applied again.
+  void seek(Nanos t);
+  haptics::Carver& carver() { return *carver_; }
+  const haptics::Carver& carver() const { return *carver_; }
+  /// Number of times that seek() has begun again with the initial tissue.
+  int restarts() const { return restarts_; }
+
+ private:
+  /// A change of the tissue: a cut, or an edit (undo or redo).
+  struct Deed {
+    Nanos t = 0;
+    const Cut* cut = nullptr;  // null: an edit
+    bool redo = false;
+  };
+  /// An applied change of the tissue, with what is needed to revert it.
+  struct Done {
+    enum class Kind { kStroke, kUndo, kRedo } kind;
+    std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
+    std::size_t strokes;  // number of the carver's strokes after the change; only for kStroke
+    bool forgets;         // true: the change discarded undone strokes, so the carver cannot revert it
+  };
+  void restart();
+  void go_back(Nanos t);
+  void go_on(Nanos t);
+
+  const Scene& scene_;
+  std::vector<Deed> deeds_;
+  std::optional<haptics::Carver> carver_;
+  std::size_t next_ = 0;  // index of the next change in deeds_
+  std::vector<Done> done_;
+  int restarts_ = 0;
+};
+
+/// Returns the tissue at time t of a session (or at its end). `start`: its initial tissue.
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
+                                Nanos t);
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
+                                    haptics::TissueVolume start);
+
+}  // namespace typodont

@@ -1,0 +1,64 @@
+// A session without a clock and threads: hand, servo and carver in turns, as fast as possible. Equal input gives equal
+// output. It writes the same tapes as a live session.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/app/scene.h"
+#include "engine/app/sides.h"
+#include "engine/app/tapes.h"
+#include "haptics/haptic_device.h"
+#include "haptics/lockstep.h"
+
+namespace typodont {
+
+class SteppedSession {
+ public:
+  /// Prepares the servo for this hand. Throws Error.
+  SteppedSession(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
+  /// For an ideal hand, with torque and without vibration. `rate`: Hz.
+  SteppedSession(const Scene& scene, haptics::TissueVolume tissue, double rate);
+  SteppedSession(const SteppedSession&) = delete;
+  SteppedSession& operator=(const SteppedSession&) = delete;
+
+  /// The first call makes the tapes. Earlier events are not on them.
+  Tapes& tapes();
+
+  /// Runs a tick of the servo, then the carver.
+  const ServoTick& tick(const haptics::HandSample& hand);
+  /// Runs a tick with the hand's next sample. Returns false at the hand's end; the tissue then contains all cuts.
+  bool advance(haptics::HapticDevice& hand);
+  /// Undoes or repeats a stroke. Returns false if there is none.
+  bool edit(bool redo) { return edit_stroke(carver(), redo, tick_.t, tapes_ ? &tapes_->carver : nullptr); }
+
+  /// The newest tick.
+  const ServoTick& last() const { return tick_; }
+  /// The cut of the newest tick, or null.
+  const Cut* cut() const { return did_cut_ ? &cut_ : nullptr; }
+
+  haptics::Carver& carver() { return steps_.carver(); }
+  haptics::Servo& servo() { return steps_.servo(); }
+  const haptics::ServoSettings& settings() const { return steps_.settings(); }
+
+  /// While `held`, the carver waits.
+  void hold_carver(bool held) { held_ = held; }
+  /// The carver waits for this time (s) once per second, first after half a second.
+  void stall_carver(double seconds) { stall_ = seconds; }
+  /// Sets the computing time of all ticks to 0.
+  void omit_times() { omits_times_ = true; }
+
+ private:
+  void write_pieces();
+
+  haptics::LockStep steps_;
+  const double rate_;             // Hz
+  std::unique_ptr<Tapes> tapes_;  // null if nobody reads them
+  std::optional<ServoSide> side_;
+  ServoTick tick_;
+  Cut cut_;
+  double stall_ = 0;  // s
+  bool did_cut_ = false, held_ = false, omits_times_ = false;
+};
+
+}  // namespace typodont
