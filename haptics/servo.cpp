@@ -256,9 +256,7 @@ bool Servo::State::remove(ContactTick& now) noexcept {
   now.faults |= now.contact.faults;
   if (!changed) return false;
   sums.cuts = now.cut.index;
-  if (!model->estimates_volume()) {
-    for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
-  }
+  for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
   if (energy > 0) spend(now, energy);
   return true;
 }
