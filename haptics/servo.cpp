@@ -109,10 +109,7 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
   // After invalid input or a pause the proxy stays outside, or starts at a hand far away.
-  if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) {
-    m.X_WG = X_WT;
-    m.inside = true;
-  }
+  if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;
   model->begin_anew();
@@ -196,7 +193,6 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
-  m.inside = false;
   cutting.budget = std::min(cutting.budget, 0.0);  // without contact, no energy for a later cut
   cutting.wall_budget = 0;
   Limits& l = limits;
@@ -236,17 +232,6 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
   motion.due_for = due ? motion.due_for + now.dt : 0;
   if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
-}
-
-/// kDeepPenetration: the tool was found inside tissue. It is led out first: a cut from there would not be paid for.
-void Servo::State::watch_start(ContactTick& now) noexcept {
-  const Contact& contact = now.contact;
-  const bool is_inside = contact.leading_out || contact.deep;
-  const double depth = std::max(contact.depth, glm::distance(contact.p_WG, now.X_WT.p));
-  if (is_inside || (motion.inside && contact.touching && depth > settings.frame.voxel)) {
-    now.faults |= bits(Fault::kDeepPenetration);
-  }
-  motion.inside = motion.inside && (is_inside || contact.lost);
 }
 
 bool Servo::State::remove(ContactTick& now) noexcept {
@@ -329,7 +314,6 @@ SoftTissue* Servo::soft() noexcept {
 
 void Servo::adopt(Snapshot& fresh) noexcept {
   state_->model->adopt(fresh, state_->sums.removed);
-  state_->travel = state_->model->travel();
   state_->motion.room = 0;
 }
 
@@ -383,7 +367,6 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.cutting.wall = touch.contact.wall;
   out.level = touch.contact.level;
   s.watch_snapshot(touch);
-  s.watch_start(touch);
   const bool removed = s.remove(touch);
 
   s.feel(touch);

@@ -38,12 +38,8 @@ double patch_travel_for(std::span<const Tool> tools, double voxel) {
 }
 
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
-  return empty_patch_for(tools, voxel, patch_edge_for(tools, voxel));
-}
-
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge) {
   SurfacePatch patch;
-  patch.resize(edge);
+  patch.resize(patch_edge_for(tools, voxel));
   const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
   if (coarse.edge > 0) {
     patch.coarse_levels.emplace_back();

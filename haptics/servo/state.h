@@ -65,10 +65,8 @@ inline PerTissue own_hardness() noexcept {
 struct Servo::State {
   /// State of the motion of hand and proxy.
   struct Motion {
-    Pose X_WG;            // pose of the proxy
-    bool placed = false;  // true if X_WG is valid
-    // true if the tool began at the hand, perhaps inside tissue; until it is out, it does not cut
-    bool inside = false;
+    Pose X_WG;             // pose of the proxy
+    bool placed = false;   // true if X_WG is valid
     bool started = false;  // true if the last tick had a valid pose
     Nanos began = 0;       // time at which the present sequence of valid poses began
     Nanos last_t = 0;
@@ -211,7 +209,6 @@ struct Servo::State {
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
-  void watch_start(ContactTick& now) noexcept;
   /// What this tick's energy pays for. True, with the Cut: the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;

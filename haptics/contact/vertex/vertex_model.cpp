@@ -473,7 +473,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   distances_.count_anew();
   const auto may_go_on = [&] { return listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  out.leading_out = !in.cuts && !list_.points.empty() && follower_.led_out();
+  out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
@@ -557,7 +557,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   }
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
-  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed), {}, in.spindle};
+  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, done.removed, {}, in.spindle};
   for (std::size_t t = 1; t < done.removed.size(); ++t) {
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }

@@ -214,7 +214,6 @@ class VertexModel final : public ContactModel {
     int rest = 0;           // number of ticks since the cut was finished
   } part_;
   RecentCuts<MadeCut> made_;
-  RisingCount count_;
 };
 
 }  // namespace typodont::haptics::vertex
