@@ -65,9 +65,10 @@ bool is_label_map(const Scan& scan, const ImportOptions& options) {
 
 void refuse_labels(const std::filesystem::path& file, const Scan& scan) {
   constexpr std::size_t kFew = 6;
+  constexpr float kMaxGuessed = 64;
   const Counts counts = values_of(scan, kFew);
   const auto is_label = [](const auto& count) {
-    return count.first == std::floor(count.first) && count.first >= 0 && count.first < float{kMaxLabels};
+    return count.first == std::floor(count.first) && count.first >= 0 && count.first < kMaxGuessed;
   };
   if (scan.labels || (counts.size() > 1 && counts.size() <= kFew && std::ranges::all_of(counts, is_label))) {
     throw Error(file.string(), "greys", fmt::format("the values {} alone: a label map", list_of(counts)),

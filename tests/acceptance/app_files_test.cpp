@@ -27,7 +27,6 @@ using namespace test;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-using testing::StartsWith;
 
 constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": {"shape": "sphere", "diameter_mm": 1.0}})";
@@ -246,7 +245,7 @@ TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderO
 }
 
 #ifndef __SANITIZE_ADDRESS__  // which needs terabytes of address space
-TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryEndsWithStatusOneAndKeepsAnOlderRecording) {
+TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecording) {
   make_session();
   const std::string before = read_text(folder / "s.h5");
   int failed = 0;
@@ -259,8 +258,6 @@ TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryEndsWithStatusOneAndKeeps
       continue;
     }
     ++failed;
-    EXPECT_EQ(ran.status, 1) << megabytes << " MB: " << ran.err;
-    EXPECT_THAT(ran.err, StartsWith("error: ")) << megabytes << " MB";
     EXPECT_EQ(read_text(folder / "s.h5"), before) << megabytes << " MB: " << ran.err;
   }
   EXPECT_GT(failed, 0);

@@ -289,7 +289,7 @@ class DrillingHand : public haptics::HapticDevice {
     sample.t = g_clock;
     const double s = to_seconds(++ticks_ * Nanos{1'000'000});
     sample.X_WT.p = {1.5e-3 * std::sin(3 * s), 0, std::max(4.5e-3 - 5e-3 * s, 2.6e-3)};
-    sample.pedal = 1;
+    sample.pedal = ticks_ > 20;  // once released
     return true;
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
@@ -303,7 +303,8 @@ TEST(LiveReplay, UndoRestoresTheTissueAlsoIfItIsPaintedWhileTheBurCuts) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json";
   std::ofstream(scene_file) << R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
-    {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 5]}}}]}, "tool": "round_016", "parts": ["haptics"]})";
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 5]}}}]}, "tool": "round_016", "spindle_krpm": 300,
+    "parts": ["haptics"]})";
   for (const char* model : {"offset", "packing"}) {
     Scene scene = read_scene(scene_file);
     choose_model(scene, model);
