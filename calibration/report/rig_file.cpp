@@ -21,6 +21,8 @@ struct RigFile::Document {
 
 namespace {
 
+constexpr double kMinIpd_mm = 20, kMaxIpd_mm = 100;
+
 Value mm(double metres) {
   return number_value(metres * 1e3);
 }
@@ -213,7 +215,7 @@ BenchState RigFile::bench() const {
   }
   if (const auto head = json.find("head")) {
     bench.rig.eyes.center = (*head)["eye_center_mm"].vec3() * kMillimetre;
-    bench.rig.eyes.ipd = head->number_or("ipd_mm", 63, 20, 100) * kMillimetre;
+    bench.rig.eyes.ipd = head->number_or("ipd_mm", 63, kMinIpd_mm, kMaxIpd_mm) * kMillimetre;
     if (const auto right = head->find("right")) {
       if (glm::length(right->vec3()) < 1e-6) right->fail("a direction");
       bench.rig.eyes.right = glm::normalize(right->vec3());
@@ -241,9 +243,10 @@ std::filesystem::path RigFile::captures_folder() const {
 
 /// The program must be able to open what a step writes.
 static void require_usable(const std::filesystem::path& file, const RigGeometry& rig) {
-  constexpr double kMinIpd = 20e-3, kMaxIpd = 100e-3, kMinEdge = 10e-3, kMaxEdge = 3;  // m
-  if (!(rig.eyes.ipd >= kMinIpd && rig.eyes.ipd <= kMaxIpd))
-    throw Error(file.string(), "head.ipd_mm", fmt::format("{:.1f}", rig.eyes.ipd / kMillimetre),
+  constexpr double kMinEdge = 10e-3, kMaxEdge = 3;  // m
+  const double ipd_mm = rig.eyes.ipd / kMillimetre;
+  if (!(ipd_mm >= kMinIpd_mm && ipd_mm <= kMaxIpd_mm))
+    throw Error(file.string(), "head.ipd_mm", fmt::format("{:.1f}", ipd_mm),
                 "20 to 100; were the captures of the left and the right eye exchanged? The file is as before");
   const double width = glm::distance(rig.panel.lower_left, rig.panel.lower_right),
                height = glm::distance(rig.panel.lower_left, rig.panel.upper_left);

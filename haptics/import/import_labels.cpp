@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
@@ -19,6 +20,7 @@ namespace {
 constexpr double kBorderBlur = 0.7;
 // largest number of labels
 constexpr std::size_t kMaxLabels = 256;
+constexpr float kMaxLabel = 65535;
 
 using Counts = std::map<float, std::size_t>;
 }  // namespace
@@ -76,19 +78,19 @@ void refuse_labels(const std::filesystem::path& file, const Scan& scan) {
   }
 }
 
-// The tissue of each value; air for 0.
-static std::map<float, Tissue> tissues_of(const std::filesystem::path& file, const Scan& scan,
-                                          const ImportOptions& options, std::vector<std::string>& notes) {
-  std::map<float, Tissue> tissues{{0.0F, Tissue::kAir}};
+// The tissue of each value, as index; air for 0.
+static std::vector<Tissue> tissues_of(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options,
+                                      std::vector<std::string>& notes) {
+  std::vector<Tissue> tissues{Tissue::kAir};
   const Counts counts = values_of(scan, kMaxLabels);
   if (counts.size() > kMaxLabels)
     throw Error(file.string(), "labels", fmt::format("more than {} values", kMaxLabels), "a label map");
   std::string said;
   for (const auto& [value, count] : counts) {
     if (value == 0) continue;
-    const auto label = static_cast<int>(value);
-    if (static_cast<float>(label) != value || label < 0)
+    if (!(value > 0 && value <= kMaxLabel && value == std::floor(value)))
       throw Error(file.string(), "labels", fmt::format("the value {:g}", value), "whole numbers, 0 for air");
+    const auto label = static_cast<int>(value);
     std::string name;
     if (scan.labels && scan.labels->contains(label)) name = scan.labels->at(label);
     const auto given = options.labels.find(label);
@@ -99,7 +101,8 @@ static std::map<float, Tissue> tissues_of(const std::filesystem::path& file, con
           fmt::format("the value {}{} in {} voxels", label, name.empty() ? "" : fmt::format(" (\"{}\")", name), count),
           fmt::format("--label {}=TISSUE, one of air, {}", label, tissues_in_words()));
     }
-    tissues[value] = *tissue;
+    tissues.resize(std::max(tissues.size(), static_cast<std::size_t>(label) + 1), Tissue::kAir);
+    tissues[static_cast<std::size_t>(label)] = *tissue;
     said += fmt::format("{}{} {}", said.empty() ? "" : ", ", label, name_of(*tissue));
   }
   for (const auto& [label, tissue] : options.labels) {
@@ -121,11 +124,12 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   report.space = scan.space;
   report.world_rotation = scan.world_rotation;
   report.notes = scan.notes;
-  const std::map<float, Tissue> tissues = tissues_of(file, scan, options, report.notes);
+  const std::vector<Tissue> tissues = tissues_of(file, scan, options, report.notes);
+  const auto tissue_at = [&](float value) { return tissues[static_cast<std::size_t>(value)]; };
 
   glm::ivec3 first = scan.grey.size, last(-1);
   for (std::size_t i = 0; i < scan.grey.v.size(); ++i) {
-    if (tissues.at(scan.grey.v[i]) == Tissue::kAir) continue;
+    if (tissue_at(scan.grey.v[i]) == Tissue::kAir) continue;
     first = glm::min(first, scan.grey.place(i));
     last = glm::max(last, scan.grey.place(i));
   }
@@ -152,7 +156,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
         const glm::ivec3 p(first.x + x, y, z);
-        const Tissue tissue = tissues.at(scan.grey[p]);
+        const Tissue tissue = tissue_at(scan.grey[p]);
         label[p - lo] = tissue;
         inside[p - lo] = tissue == Tissue::kAir ? 0 : 1;
       }

@@ -149,7 +149,7 @@ TEST_F(Pieces, ALooseCapFallsOffCountsAsRemovedAndIsReplayed) {
 }
 
 TEST_F(Pieces, EveryCommandThatRecordsRecordsAllThatLeftTheTissue) {
-  // The exercise is a slot through a bar; its end falls off.
+  // The exercise is a slot through a bar. The end of the bar falls off.
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [
       {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -0.3], "size_mm": [6, 1.6, 0.6]}}},
       {"tissue": "caries", "solid": {"box": {"center_mm": [1.6, 0, -0.3], "size_mm": [1.0, 1.8, 0.8]}}}]},

@@ -105,7 +105,7 @@ std::vector<Press> on_corner(Random& random, const dvec3& corner) {
   return presses;
 }
 
-constexpr double kBoreInBall = 0.24;  // rad, angle of the ball's surface at a rim with a quarter of its radius
+constexpr double kBoreInBall = 0.24;  // rad; the rim's radius is a quarter of the ball's
 const std::string kBore =
     R"({"difference": [{"sphere": {"radius_mm": 4}},
                        {"cylinder": {"center_mm": [0, 0, 4], "radius_mm": 1, "height_mm": 6}}]})";

@@ -380,6 +380,14 @@ TEST(ImportLabels, ValuesWithoutATissueAreAskedForAndLabelsAreNeverTakenForGreys
   EXPECT_NEAR(total(import_tissue(scratch("nameless.nrrd"), named).report.volume) / (4 * kPi / 3 * 27e-9), 1, 0.02);
   named.labels[3] = Tissue::kPulp;
   EXPECT_THAT(message_of(scratch("nameless.nrrd"), named), HasSubstr("one of the values 0, 7, 9"));
+  std::vector<float> voxels(512, 0.0F);
+  voxels[100] = 1e20F;
+  write(
+      scratch("huge_label.nrrd"),
+      "NRRD0004\ntype: float\ndimension: 3\nsizes: 8 8 8\nspace: left-posterior-superior\nspace directions: (0.25,0,0) "
+      "(0,0.25,0) (0,0,0.25)\nendian: little\nencoding: raw\n\n" +
+          std::string(reinterpret_cast<const char*>(voxels.data()), voxels.size() * sizeof(float)));
+  EXPECT_THAT(message_of(scratch("huge_label.nrrd"), named), HasSubstr("the value 1e+20, expected whole numbers"));
   write(scratch("layers.nrrd"), label_nrrd("Segment0_LabelValue:=7\nSegment0_Name:=Enamel\nSegment0_Layer:=1\n"));
   EXPECT_THAT(message_of(scratch("layers.nrrd")), HasSubstr("one layer"));
 }

@@ -159,10 +159,13 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   }
   // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
   // which may have arrived during this call of turn(). So waiting cuts are applied first.
-  if (wiring.expert_wants_copy.load() && (follow_servo(), !s.side.edit_waits())) {
-    wiring.expert_wants_copy = false;
-    auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
-    if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
+  if (wiring.expert_wants_copy.load()) {
+    follow_servo();
+    if (!s.side.edit_waits()) {
+      wiring.expert_wants_copy = false;
+      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+      if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
+    }
   }
   return done;
 }

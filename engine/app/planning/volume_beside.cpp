@@ -30,11 +30,12 @@ fs::path volume_beside(const fs::path& file) {
 
 void require_volume_beside(const fs::path& file, Over over) {
   const fs::path site = volume_beside(file);
-  const std::string name = site.filename().string();
-  const std::string text = nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  if (nlohmann::json::parse(text) != name)
+  try {
+    (void)nlohmann::json(site.filename().string()).dump();
+  } catch (const nlohmann::json::type_error&) {
     throw Error(file.string(), "", "a name that is not UTF-8",
                 "one that the exercise can state as the name of its volume");
+  }
   require_output(site, FileKind::kVolume, over);
   std::error_code code;
   if (fs::exists(site, code) && !names_volume(file, site))

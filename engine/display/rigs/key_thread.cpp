@@ -55,7 +55,7 @@ KeyThread::~KeyThread() {
 }
 
 void KeyThread::run() const noexcept {
-  // Below the servo, above all that draws.
+  // Its priority is below that of the servo, and above that of all threads that draw.
   enter_realtime({.priority = 79, .core = -1, .lock_memory = false});
   ::pthread_setname_np(::pthread_self(), "typodont-keys");
   std::array<pollfd, 2> sources{{{xcb_get_file_descriptor(server_), POLLIN, 0}, {end_, POLLIN, 0}}};

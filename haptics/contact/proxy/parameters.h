@@ -147,11 +147,11 @@ struct CreaseContactParameters {
 
 /// Parameters of grooves and inner corners between flat walls (groove.h). Voxels.
 struct GrooveParameters {
-  static constexpr int directions = 12;               // directions in which walls are searched
-  static constexpr double aside = 8;                  // distance of the search from the bottom of the groove
-  static constexpr double least_aside = 5.2;          // nearer, the stencil would include samples of another wall
-  static constexpr int steps = 3;                     // largest number of steps onto a wall
-  static constexpr double on_face = 1e-3;             // nearer than this, a point counts as on the wall
+  static constexpr int directions = 12;       // directions in which walls are searched
+  static constexpr double aside = 8;          // distance of the search from the bottom of the groove
+  static constexpr double least_aside = 5.2;  // of a nearer point, the stencil would include samples of another wall
+  static constexpr int steps = 3;             // largest number of steps onto a wall
+  static constexpr double on_face = 1e-3;     // at most; a nearer point counts as on the wall
   static constexpr double gradient_tolerance = 1e-3;  // difference between 1 and the gradient's length
   // The tissue below a wall must be at least so deep, with this error of the interpolated depth.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;
@@ -161,7 +161,7 @@ struct GrooveParameters {
   static constexpr double farther = 1.5;     // distance of a second point that shows whether the wall is flat
   // Limits for this point: 1 - cosine between the normals, and the distance, which allows for rounding to floats.
   static constexpr double flat = 1e-10, flat_distance = 2e-5;
-  static constexpr int misses = 6;  // directions without a wall after which the search fails
+  static constexpr int misses = 6;  // after so many directions without a wall, the search fails
   // Interpolation fills the bottom of a groove up to this depth times |n1 - n2|, with the normals of the walls.
   static constexpr double filled = 0.15;
 };
