@@ -139,6 +139,17 @@ TEST_F(RenderCommand, TheBallIsDrawnWhereTheMatricesProjectIt) {
   }
 }
 
+TEST_F(RenderCommand, TissueOutsideThePictureIsReported) {
+  EXPECT_TRUE(render(desk("mono"))["shows_tissue"].boolean());
+  std::string scene = kScene;
+  const std::string center = "\"center_mm\": [1, 2, 3]";
+  folder.write("far.json", scene.replace(scene.find(center), center.size(), "\"center_mm\": [90, 2, 3]"));
+  const Ran ran = folder.run(fmt::format("render {0}/far.json --rig {0}/rig.json --out {0}/out", f));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("the tissue, around (90.0, 2.0, 3.0) mm, lies outside the picture"));
+  EXPECT_FALSE(Json::load(folder / "out/frame.json")["shows_tissue"].boolean());
+}
+
 TEST_F(RenderCommand, AFrameIsDrawnOnceAndNotAgainUntilItChanges) {
   const Json frame = render(desk("side_by_side"));
   EXPECT_TRUE(frame["frame"]["drawn"].boolean());

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
@@ -26,6 +27,7 @@
 #include "engine/app/task/task.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
@@ -172,6 +174,33 @@ ordered_json colors_json(const MaterialTable& materials) {
   return colors;
 }
 
+/// Returns true if the eye's picture may show a part of the box lo..hi (m, W).
+bool may_show(const display::EyeView& eye, const dvec3& lo, const dvec3& hi) {
+  constexpr int kCorners = 8, kPlanes = 5;
+  int beyond[kPlanes] = {};
+  for (int corner = 0; corner < kCorners; ++corner) {
+    const dvec3 p(corner & 4 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 1 ? hi.z : lo.z);
+    const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
+    const bool is_beyond[kPlanes] = {c.x<-c.w, c.x> c.w, c.y<-c.w, c.y> c.w, c.z < 0};
+    for (int plane = 0; plane < kPlanes; ++plane) beyond[plane] += is_beyond[plane];
+  }
+  return std::ranges::none_of(beyond, [](int corners) { return corners == kCorners; });
+}
+
+/// Warns if the tissue lies outside the picture.
+bool check_picture(const haptics::TissueVolume& tissue, std::span<const display::EyeView> eyes, const fs::path& rig) {
+  glm::ivec3 a, b;
+  tissue.bounds(a, b);
+  if (a.x > b.x) return false;
+  const dvec3 lo = tissue.frame().to_world(dvec3(a)), hi = tissue.frame().to_world(dvec3(b));
+  if (std::ranges::any_of(eyes, [&](const display::EyeView& eye) { return may_show(eye, lo, hi); })) return true;
+  const dvec3 middle = (lo + hi) / 2.0 / kMillimetre;
+  log::warn(
+      "the tissue, around ({:.1f}, {:.1f}, {:.1f}) mm, lies outside the picture of {}: move it, or use another rig",
+      middle.x, middle.y, middle.z, rig.string());
+  return false;
+}
+
 void run(const Options& options) {
   if (options.geometry && options.view != "look")
     throw Error("", "--geometry", "--view " + options.view, "--view look, whose triangles it writes");
@@ -271,6 +300,7 @@ void run(const Options& options) {
   const render::FrameStats again = stage.draw(world, look);
 
   const auto eyes = display::eye_views(rig);
+  const bool shows_tissue = check_picture(shown, eyes, rig_path);
   const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
   ordered_json frame{{"scene", scene.name},
                      {"rig", rig_path.string()},
@@ -279,6 +309,7 @@ void run(const Options& options) {
                      {"size", {eye_size.x, eye_size.y}},
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
+                     {"shows_tissue", shows_tissue},
                      {"frame", stats_json(drawn)},
                      // Statistics of a second, equal frame. Because nothing has moved, nothing is drawn and no command
                      // is recorded.
