@@ -52,7 +52,10 @@ void Progress::show() {
   const int step = terminal_ ? percent : percent / 10 * 10;
   if (step == shown_ || now() - began_ < kPatience) return;
   shown_ = step;
-  log::raw(terminal_ ? fmt::format("\r{}: {:3d} %", line_, step) : fmt::format("{}: {} %\n", line_, step));
+  const double done = this->fraction(), passed = to_seconds(now() - began_);
+  const std::string left = done > 0 && done < 1 ? fmt::format(", {:.0f} s left", passed * (1 - done) / done) : "";
+  log::raw(terminal_ ? fmt::format("\r{}: {:3d} %{:14}", line_, step, left)
+                     : fmt::format("{}: {} %{}\n", line_, step, left));
 }
 
 }  // namespace typodont

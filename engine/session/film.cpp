@@ -95,6 +95,7 @@ struct FilmWriter::Impl {
   std::optional<Parts> parts;
   std::filesystem::path ffmpeg;
   std::size_t frame_bytes = 0;
+  double fps = 0;
   std::uint64_t frames = 0;
   pid_t encoder = -1;
   int input = -1;  // descriptor to which frames are written
@@ -106,6 +107,7 @@ struct FilmWriter::Impl {
 };
 
 void FilmWriter::Impl::open(const FilmOptions& options) {
+  fps = options.fps;
   const auto found = find_ffmpeg();
   if (!found) {
     message = "no film: the program ffmpeg is not installed (apt install ffmpeg)";
@@ -185,7 +187,7 @@ bool FilmWriter::add(std::span<const std::uint8_t> rgba) noexcept {
   return true;
 }
 
-bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcept {
+bool FilmWriter::finish(const std::optional<FilmSound>& sound) noexcept {
   Impl& s = *impl_;
   if (s.input < 0) {
     s.parts.reset();
@@ -201,7 +203,7 @@ bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcep
     return false;
   }
   PartialFile* made = &s.parts->pictures;
-  if (wav) {
+  if (sound) {
     const pid_t pid = start({s.ffmpeg.string(),
                              "-hide_banner",
                              "-loglevel",
@@ -209,8 +211,10 @@ bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcep
                              "-y",
                              "-i",
                              made->path().string(),
+                             "-ss",
+                             fmt::format("{:.6f}", sound->from),
                              "-i",
-                             wav->string(),
+                             sound->wav.string(),
                              "-map",
                              "0:v",
                              "-map",
@@ -221,6 +225,8 @@ bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcep
                              "aac",
                              "-b:a",
                              "160k",
+                             "-t",
+                             fmt::format("{:.6f}", static_cast<double>(s.frames) / s.fps),
                              "-movflags",
                              "+faststart",
                              "-f",

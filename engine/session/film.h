@@ -16,6 +16,12 @@ struct FilmOptions {
   double fps = 30;
 };
 
+/// The sound of a film.
+struct FilmSound {
+  std::filesystem::path wav;
+  double from = 0;  // s, of the WAV file at the film's first frame
+};
+
 /// Writes a film. Used by one thread. Frames are compressed as they arrive, and finish() creates the film completely or
 /// not at all. Never throws: if the encoder is missing or fails, message() states the reason.
 class FilmWriter {
@@ -28,9 +34,9 @@ class FilmWriter {
   /// Adds a frame. `rgba`: width × height × 4 bytes in sRGB, the top row first; alpha is ignored. Returns false if no
   /// encoder is running.
   bool add(std::span<const std::uint8_t> rgba) noexcept;
-  /// Adds the sound `wav` if given, and completes the file. Returns true if the film exists; otherwise message() states
+  /// Adds the sound if given, and completes the file. Returns true if the film exists; otherwise message() states
   /// the reason.
-  bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;
+  bool finish(const std::optional<FilmSound>& sound = std::nullopt) noexcept;
   /// States why no film exists or why the film is incomplete. Empty if the film is complete.
   const std::string& message() const noexcept;
 

@@ -1,4 +1,5 @@
 // Tests the whole demo and its results: each result file is opened and examined.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,12 +40,13 @@ int brown(const render::Picture& picture) {
   return count;
 }
 
-TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
+TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheLesionWas) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string out = folder / "demo";
   const Ran ran = folder.run("demo --fps 1 --size 480x270 --out " + out);
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
+  for (int s = 10; s <= 80; s += 10) EXPECT_TRUE(std::filesystem::exists(fmt::format("{}/at_{:03}_s.png", out, s)));
 
   // Both eyes see the tooth from different positions. At the end of the session, the lesion is gone.
   const render::Picture before = render::read_png(out + "/before_left.png"),
@@ -83,6 +85,7 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   if (session::find_ffmpeg()) {
     EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
     EXPECT_GT(std::filesystem::file_size(out + "/session_mono.mp4"), 20'000u);
+    EXPECT_THAT(ran.out, HasSubstr("stereo film with sound, 10 frames"));
   }
 }
 

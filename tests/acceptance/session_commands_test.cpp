@@ -191,7 +191,7 @@ TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
       }
       ASSERT_TRUE(film.add(frame)) << film.message();
     }
-    ASSERT_TRUE(film.finish(folder / "s.wav")) << film.message();
+    ASSERT_TRUE(film.finish(FilmSound{folder / "s.wav"})) << film.message();
     EXPECT_EQ(film.message(), "");
   }
   const std::string film = (folder / "f.mp4").string();
@@ -222,7 +222,7 @@ TEST(Film, AnUnreadableSoundGivesASilentFilmAndAMessage) {
   FilmWriter film(folder / "f.mp4", {64, 48, 25});
   const std::vector<std::uint8_t> frame(64 * 48 * 4, 99);
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(film.add(frame));
-  EXPECT_TRUE(film.finish(folder / "s.wav"));
+  EXPECT_TRUE(film.finish(FilmSound{folder / "s.wav"}));
   EXPECT_THAT(film.message(), HasSubstr("the film is silent"));
   EXPECT_TRUE(std::filesystem::exists(folder / "f.mp4"));
 }

@@ -1,18 +1,23 @@
 // The command `typodont demo`: a scripted hand removes the caries of the CT molar, offscreen. `./run demo` starts it.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/scripted_student.h"
+#include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/hud.h"
@@ -44,55 +49,36 @@ namespace {
 
 struct Options {
   std::filesystem::path out = "demo";
-  std::string scene;                                         // scene file; empty: the shipped scene molar-caries
-  std::string rig;                                           // rig file or name; empty: the shipped rig `film`
-  std::optional<glm::ivec2> eye_size;                        // pixels, size of one eye's picture; empty: the rig's size
-  std::string model;                                         // contact model; empty: the scene's model
-  double fps = 25;                                           // frames per second of the film
-  double seconds = 1e9;                                      // s, limit of the session's duration
+  std::string scene;                   // scene file; empty: the shipped scene molar-caries
+  std::string rig;                     // rig file or name; empty: the shipped rig `film`
+  std::optional<glm::ivec2> eye_size;  // pixels, size of one eye's picture; empty: kQuick, or the rig's with `film`
+  std::string model;                   // contact model; empty: the scene's model
+  bool film = false;                   // films the whole session, in the rig's size
+  double fps = 25;                     // frames per second of the film
+  double seconds = 1e9;                // s, limit of the session's duration
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
-constexpr double kRate = 1000;  // Hz, rate of the servo
-// s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
-constexpr double kUsualLength = 89;
-// the picture with the name "during" is drawn when this fraction of the strokes is done
-constexpr double kDuring = 0.4;
+constexpr double kRate = 1000;           // Hz, rate of the servo
+constexpr double kUsualLength = 89;      // s, of the session with the shipped scene; used to estimate the time left
+constexpr double kDuring = 0.4;          // fraction of the strokes before the picture "during" and the short film
+constexpr double kFilmed = 10;           // s, length of the short film
+constexpr double kStep = 1.0 / 25;       // s, between two looks at the session
+constexpr double kPictureEvery = 10;     // s, between two pictures "at_…"
+constexpr glm::ivec2 kQuick{1280, 720};  // pixels, one eye's picture without --film
 
-/// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
-/// the drill works, because the tissue changes and the spray and the debris move.
-class TimeLeft {
+/// Mean time (s) of one piece of work. Begins with the time on two cores.
+class Pace {
  public:
-  explicit TimeLeft(double fps) : fps_(fps) {}
-  /// Adds the time (s) of one picture of the film.
-  void drew(double seconds, bool drilling) {
-    double& each = drilling ? drilling_ : exploring_;
-    int& count = drilling ? drilled_ : explored_;
-    // The first pictures with a working drill, and the first ones without, are not timed. Their times would be wrong,
-    // because they include set-up, and because the film's encoder only buffers these pictures.
-    if (++count <= kUntimed) return;
-    each += (seconds - each) / std::min(count - kUntimed, kRemembered);
-  }
-  /// Adds the time (s) for the pictures of one moment. At kMoments moments of the session, the demonstration saves
-  /// pictures in the best quality.
-  void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
-  bool known() const { return explored_ > kUntimed + kTimed || measured(); }
-  /// Returns true as soon as enough pictures with a working drill are measured. Until then, the time of such a picture
-  /// is estimated from the pictures without a working drill.
-  bool measured() const { return drilled_ > kUntimed + kRemembered; }
-  /// Returns the time left, s. `left`: s, remaining duration of the session.
-  double seconds(double left) const {
-    const double each = measured() ? drilling_ : kDrillingCost * exploring_;
-    return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;
-  }
+  explicit Pace(double seconds) : each_(seconds) {}
+  /// Adds a measured time, s.
+  void took(double seconds) { each_ += (seconds - each_) / std::min(++count_, kRemembered); }
+  double each() const { return each_; }
 
  private:
-  static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
-  // Measured times, as multiples of the time of a picture without a working drill. kDrillingCost: time of a picture
-  // with a working drill; kEnding: time for the report and for completing the films.
-  static constexpr double kDrillingCost = 1.7, kEnding = 60;
-  double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
-  int explored_ = 0, drilled_ = 0, moments_ = 0;
+  static constexpr int kRemembered = 100;
+  double each_;
+  int count_ = 0;
 };
 
 /// Returns the quality of the film. The best quality level would take too long for thousands of full-HD frames. Only
@@ -131,7 +117,7 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
 /// Runs the demonstration. Writes pictures, films (stereo and mono), sound, session and report to the folder `out`, and
 /// prints their names. Throws Error or RunFailure.
 void run(const Options& options) {
-  const Nanos began = now();
+  Progress progress("demo");
   std::error_code code;
   fs::create_directories(options.out, code);
   if (code || !fs::is_directory(options.out))
@@ -142,7 +128,7 @@ void run(const Options& options) {
   choose_model(scene, options.model);
   const fs::path rig_file = options.rig.empty() ? usual_rig(scene, "film") : find_rig(options.rig);
   display::DisplayRig rig = display::load_rig(rig_file);
-  if (options.eye_size) draw_eyes_at(rig, *options.eye_size);
+  if (options.eye_size || !options.film) draw_eyes_at(rig, options.eye_size.value_or(kQuick));
   log::info("scene {} ({})", scene.name, scene.file.string());
   SteppedSession session(scene, load_tissue(scene), kRate);
   haptics::Carver& carver = session.carver();
@@ -180,84 +166,107 @@ void run(const Options& options) {
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text that the last pictures show
 
-  Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
   const ServoTick& tick = session.last();
-  double next_frame = 0;
-  bool before_taken = false, during_taken = false;
-  std::uint64_t frames = 0;
-  TimeLeft time_left(options.fps);
-  double shown_fraction = 0;
-  bool announced = false, corrected = false;
-  Nanos last_picture = now();
   const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
+  // Times on two cores: a second of session, a frame of the film, a stereo picture in the best quality, the end.
+  Pace second(0.35), frame_pace(options.film ? 0.25 : 0.12), moment(4);
+  constexpr double kEnding = 4;
+  constexpr int kMoments = 3;
+  const Nanos began = now();
+  Nanos last = began;
+  const auto lap = [&] { return to_seconds(now() - std::exchange(last, now())); };
+  std::uint64_t frames = 0;
+  double fraction = 0;
+  const auto show_progress = [&] {
+    const double t = to_seconds(tick.t), filmed = options.film ? length : std::min(length, kFilmed);
+    const double frames_left = std::max(0.0, filmed * options.fps - static_cast<double>(frames));
+    const double left = std::max(0.0, length - t) * second.each() + frames_left * frame_pace.each() +
+                        (kMoments - static_cast<int>(pictures.size())) * moment.each() + kEnding;
+    const double passed = to_seconds(now() - began);
+    fraction = std::max(fraction, passed / (passed + left));
+    progress.at(fraction);
+  };
+  const auto take_pictures = [&](const std::string& name, const char* title, const Look& shown) {
+    lap();
+    stage.show(view.update(carver), frame.origin);
+    write_pictures(stage, world, shown, options.out, name, pictures, title);
+    moment.took(lap());
+    log::info("drew {}", (options.out / (name + "_left.png")).string());
+  };
+  const auto say = [&] {
+    using Phase = Student::Phase;
+    const Phase phase = student.phase();
+    if (phase == Phase::kAway && end.empty())
+      end = result_text(carver.volume(), header.volumes_before, options.language);
+    world.say(phase == Phase::kExplore ? hud_text(options.language, "exploring")
+              : phase == Phase::kDrill ? hud_text(options.language, "removing")
+                                       : end);
+  };
+
+  show_progress();
+  double next_look = 0, next_frame = 0, next_picture = kPictureEvery, film_began = options.film ? 0 : -1;
   while (tick.t + period <= end_t && session.advance(student)) {
     recorder.turn();
     reader.read();
 
     const double t = to_seconds(tick.t);
-    if (t < next_frame) continue;
-    next_frame += 1 / options.fps;
-    recorder.writer().heartbeat();
-    sound.advance(tick.t);
-    stage.show(view.update(carver), frame.origin);
-    using Phase = Student::Phase;
-    if (student.phase() == Phase::kAway && end.empty())
-      end = result_text(carver.volume(), header.volumes_before, options.language);
-    world.say(student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
-              : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
-                                                 : end);
-    stage.draw(world);
-    const render::Picture screen = stage.screen();
-    const render::Picture left = stage.eye(0);
-    if (!film) {
-      film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
-      mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
+    const bool drilled = student.phase() == Student::Phase::kDrill && student.done() > kDuring;
+    const bool filming = film_began >= 0 && (options.film || t < film_began + kFilmed);
+    const bool looks = t >= next_look, films = filming && t >= next_frame;
+    if (!looks && !films) continue;
+    if (looks) {
+      recorder.writer().heartbeat();
+      sound.advance(tick.t);
+      say();
+      second.took(lap() / kStep);
+      next_look += kStep;
     }
-    film->add(screen.rgba);
-    mono->add(left.rgba);
-    ++frames;
-    const bool drilling = student.phase() == Student::Phase::kDrill;
-    time_left.drew(to_seconds(now() - last_picture), drilling);
-    last_picture = now();
-    const auto take_pictures = [&](const char* name, const char* title) {
-      write_pictures(stage, world, {}, options.out, name, pictures, title);
-      time_left.took_pictures(to_seconds(now() - last_picture));
-      last_picture = now();
-    };
-    if (!before_taken) {
-      take_pictures("before", "Before");
-      before_taken = true;
-    }
-    if (!during_taken && student.phase() == Phase::kDrill && student.done() > kDuring) {
-      take_pictures("during", "While drilling");
-      during_taken = true;
-    }
-    if (time_left.known()) {
-      const double passed = to_seconds(now() - began), rest = time_left.seconds(std::max(length - t, 0.0));
-      if (!announced || (!corrected && time_left.measured())) {
-        log::info("about {:.0f} s of session, {:.0f} pictures: about {:.0f} min {}", length, length * options.fps,
-                  std::ceil((announced ? rest : passed + rest) / 60), announced ? "left" : "on this machine");
-        corrected = announced;
-        announced = true;
+    if (films) {
+      stage.show(view.update(carver), frame.origin);
+      stage.draw(world);
+      const render::Picture screen = stage.screen(), left = stage.eye(0);
+      if (!film) {
+        film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+        mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
       }
-      shown_fraction = std::max(shown_fraction, passed / (passed + rest));
+      film->add(screen.rgba);
+      mono->add(left.rgba);
+      ++frames;
+      next_frame += 1 / options.fps;
+      frame_pace.took(lap());
     }
-    progress.at(shown_fraction);
+    if (pictures.empty()) take_pictures("before", "Before", {});
+    if (pictures.size() == 1 && drilled) {
+      take_pictures("during", "While drilling", {});
+      if (!options.film) film_began = next_frame = t;
+    }
+    if (t >= next_picture) {
+      stage.show(view.update(carver), frame.origin);
+      stage.draw(world);
+      render::Picture left = stage.eye(0);
+      stage.write_over(left);
+      const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
+      render::write_png(file, left);
+      log::info("drew {}", file.string());
+      next_picture += kPictureEvery;
+      lap();
+    }
+    show_progress();
   }
-  stage.show(view.update(carver), frame.origin);
   world.say(result_text(carver.volume(), header.volumes_before, options.language));
-  write_pictures(stage, world, {.debris = false}, options.out, "after", pictures, "After");
+  take_pictures("after", "After", {.debris = false});
   sound.stop(tick.t);
 
   recorder.turn();
   session::SessionResult result = session_result(carver.volume());
   result.pictures = pictures;
   if (!recorder.writer().finish(result)) throw RunFailure(recorder.writer().status().message);
-  const bool filmed = film && film->finish(wav), filmed_mono = mono && mono->finish(wav);
+  const session::FilmSound heard{wav, std::max(0.0, film_began)};
+  const bool filmed = film && film->finish(heard), filmed_mono = mono && mono->finish(heard);
   const session::SessionReader recorded(session_file);
-  write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)),
-                        FileKind::kPage);
+  const fs::path report = options.out / "report.html";
+  write_file_atomically(report, session::report_html(recorded, report_of(recorded)), FileKind::kPage);
   progress.at(1);
 
   const PerTissue& removed = tick.removed;
@@ -270,6 +279,7 @@ void run(const Options& options) {
       mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));
   fmt::print("Made in {}:\n", fs::absolute(options.out).string());
   fmt::print("  before_*.png during_*.png after_*.png  stereo pictures: left, right, and the screen as composed\n");
+  fmt::print("  at_*_s.png    the left eye every {:.0f} seconds of the session\n", kPictureEvery);
   if (filmed) {
     fmt::print("  session.mp4   stereo film with sound, {} frames\n", frames);
   } else {
@@ -283,6 +293,9 @@ void run(const Options& options) {
   fmt::print("  drill.wav     the drill's sound\n");
   fmt::print("  session.h5    the recording: typodont replay {} --check\n", session_file.string());
   fmt::print("  report.html   open it in a browser\n");
+  std::fflush(stdout);
+  if (isatty(STDOUT_FILENO) != 0 && (std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY")))
+    Started().open(fs::absolute(report).string());
 }
 
 }  // namespace
@@ -297,9 +310,12 @@ void add_demo_command(cli::Command& app) {
   command->add_option("--out", options->out, "folder for the results")->show_default()->check(cli::writes_folder());
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
-  command->add_option("--size", *size, "WIDTHxHEIGHT of one eye's picture; where not given the rig's (full HD)");
+  command->add_option("--size", *size,
+                      "WIDTHxHEIGHT of one eye's picture; where not given 1280x720, with --film the rig's (full HD)");
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
+  command->add_flag("--film", options->film,
+                    "film the whole session in the rig's size, stereo and mono: ten minutes on two cores");
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();

@@ -336,8 +336,8 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
     }
     result.seconds = static_cast<double>(frames) / options.fps;
     if (sound) sound->stop(from_seconds(result.seconds));
-    std::optional<fs::path> heard_file;
-    if (sound) heard_file = wav;
+    std::optional<session::FilmSound> heard_file;
+    if (sound) heard_file = {wav};
     if (!film->finish(heard_file)) throw RunFailure(film->message());
     result.message = film->message();
   } catch (...) {
