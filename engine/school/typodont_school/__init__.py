@@ -1,0 +1,1 @@
+"""A school's service: benches hand in recorded sessions, people see results."""

@@ -1,0 +1,63 @@
+"""Starts the service: python3 -m typodont_school [serve | migrate]."""
+import hashlib
+import json
+import os
+import secrets
+import sys
+
+os.environ.setdefault("DJANGO_SETTINGS_MODULE", "typodont_school.settings")
+
+
+def register_exercises(scenes):
+    """Makes every shipped scene with a task an exercise. A changed scene becomes the exercise's new content."""
+    from typodont_school.models import Exercise
+    for file in sorted(scenes.glob("*.json")):
+        scene = json.loads(file.read_text())
+        if "task" not in scene:
+            continue
+        paths = [scene.get("tissue", {}).get("volume")]
+        files = {path: hashlib.sha256((scenes.parent / path).read_bytes()).hexdigest() for path in paths if path and (scenes.parent / path).exists()}
+        Exercise.objects.update_or_create(name=scene.get("name", file.stem), defaults={"scene": scene, "files": files})
+
+
+def set_up():
+    import django
+    from django.conf import settings
+    from django.core.management import call_command
+    django.setup()
+    call_command("migrate", verbosity=0)
+    from django.contrib.auth.models import User
+    from typodont_school.models import School
+    register_exercises(settings.SCENES)
+    if not School.objects.exists():
+        School.objects.create(name="School")
+    if not User.objects.filter(is_superuser=True).exists():
+        password = secrets.token_urlsafe(12)
+        User.objects.create_superuser("admin", password=password)
+        print(f"first start: sign in as admin with the password {password}, then change it", flush=True)
+
+
+def serve():
+    from urllib.parse import urlsplit
+
+    import waitress
+    from django.conf import settings
+    from typodont_school import intake
+    from typodont_school.wsgi import application
+    if not os.access(settings.PROGRAM, os.X_OK):
+        sys.exit(f"{settings.PROGRAM}: no such program; ./run build makes it, TYPODONT_SCHOOL_PROGRAM names another")
+    listen = os.environ.get("TYPODONT_SCHOOL_LISTEN", f"127.0.0.1:{urlsplit(settings.ADDRESS).port or 8068}")
+    intake.worker.start()
+    print(f"typodont-school: {settings.ADDRESS} (data in {settings.DATA})", flush=True)
+    proxy = {"trusted_proxy": "127.0.0.1", "trusted_proxy_headers": {"x-forwarded-for", "x-forwarded-proto"},
+             "clear_untrusted_proxy_headers": True} if settings.HTTPS else {}
+    waitress.serve(application, listen=listen, threads=8, ident=None, max_request_body_size=80 << 20, **proxy)
+
+
+if __name__ == "__main__":
+    task = sys.argv[1] if len(sys.argv) > 1 else "serve"
+    if task not in ("serve", "migrate"):
+        sys.exit("usage: python3 -m typodont_school [serve | migrate]")
+    set_up()
+    if task == "serve":
+        serve()

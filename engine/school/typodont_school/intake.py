@@ -1,0 +1,242 @@
+"""Takes recordings in: bytes first, then the checks. Every step can be repeated after a crash."""
+import fcntl
+import hashlib
+import logging
+import os
+import shutil
+import tempfile
+import threading
+from pathlib import Path
+
+from django.conf import settings
+from django.db import close_old_connections, transaction
+
+from . import lti, program
+from .models import Assignment, ExamStart, Exercise, ScoreItem, Session, Student
+
+MAX_CHUNK = 4 << 20
+MAX_INCOMPLETE = 64  # uploads
+log = logging.getLogger("typodont_school")
+
+
+class Problem(Exception):
+    def __init__(self, status, text, **more):
+        super().__init__(text)
+        self.status, self.answer = status, {"error": text, **more}
+
+
+def folder(name):
+    path = settings.DATA / name
+    path.mkdir(parents=True, exist_ok=True, mode=0o700)
+    return path
+
+
+def recording_of(sha):
+    return folder("sessions/" + sha[:2]) / (sha + ".h5")
+
+
+def derived(sha, name):
+    """A file that was computed from a recording."""
+    return folder(f"derived/{sha[:2]}/{sha}") / name
+
+
+def state(sha):
+    session = Session.objects.filter(pk=sha).first()
+    if session:
+        return {"state": session.state, "received": session.size, "reason": session.reason}
+    part = folder("incoming") / sha
+    return {"state": "incomplete", "received": part.stat().st_size if part.exists() else 0, "reason": ""}
+
+
+def append(bench, sha, first, total, chunk, signature):
+    """Appends bytes to an upload; with the last one, the session waits for its checks."""
+    if Session.objects.filter(pk=sha).exists():
+        return state(sha)
+    if not 0 < total <= settings.MAX_SESSION_BYTES or first + len(chunk) > total:
+        raise Problem(413, "too large")
+    incoming = folder("incoming")
+    part = incoming / sha
+    if not part.exists() and sum(1 for _ in incoming.iterdir()) >= MAX_INCOMPLETE:
+        raise Problem(429, "too many incomplete uploads")
+    if shutil.disk_usage(incoming).free < total - first + settings.MIN_FREE_BYTES:
+        raise Problem(507, "the disk is full")
+    with open(part, "ab") as out:
+        try:
+            fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise Problem(409, "another upload of this session is running")
+        have = os.fstat(out.fileno()).st_size
+        if first != have:
+            raise Problem(409, "not the next byte", received=have)
+        try:
+            out.write(chunk)
+            out.flush()
+            os.fsync(out.fileno())
+        except OSError:
+            os.ftruncate(out.fileno(), have)
+            raise Problem(507, "the disk is full", received=have)
+        if first + len(chunk) < total:
+            return state(sha)
+        digest = hashlib.sha256()
+        with open(part, "rb") as whole:
+            for block in iter(lambda: whole.read(1 << 20), b""):
+                digest.update(block)
+        if digest.hexdigest() != sha:
+            part.unlink()
+            raise Problem(422, "the bytes do not have this SHA-256")
+        Session.objects.get_or_create(pk=sha, defaults={"bench": bench, "size": total, "signature": signature[:300]})
+    settle(sha)
+    worker.wake.set()
+    return state(sha)
+
+
+def settle(sha):
+    """Moves a complete upload, whose row exists, to its place; also after a crash between row and move."""
+    try:
+        os.replace(folder("incoming") / sha, recording_of(sha))
+    except FileNotFoundError:  # there already
+        pass
+
+
+def own_rules(scene):
+    return {key: value for key, value in scene.items() if key != "description"}
+
+
+def exercise_of(header):
+    """Returns the exercise whose scene and files the recording has, byte for byte."""
+    scene = header["scene"]
+    found = Exercise.objects.filter(name=str(scene.get("name", ""))[:100]).first()
+    if not found or own_rules(found.scene) != own_rules(scene):
+        return None
+    recorded = {str(row["path"]): str(row["hash"]).removeprefix("sha256:") for row in header["files"][1:]}
+    return found if all(recorded.get(path) == sha for path, sha in found.files.items()) else None
+
+
+def exam_of(session, header):
+    """Returns the started exam whose seed the recording's scene carries."""
+    seed = str(header["scene"].get("description", "")).rpartition("exam ")[2]
+    return ExamStart.objects.filter(seed=seed).select_related("assignment", "student").first() if len(seed) == 32 else None
+
+
+def judge(session):
+    """Checks and scores a session by its recording alone. Raises Refused."""
+    with tempfile.TemporaryDirectory(dir=folder("work"), prefix="judge-") as room:
+        copy = Path(room) / "session.h5"
+        os.link(recording_of(session.sha256), copy)
+        key = None
+        if session.signature:
+            copy.with_name("session.h5.sig").write_text(session.signature)
+            key = Path(room) / "key"
+            key.touch(mode=0o600)
+            key.write_text(session.bench.signing_key + "\n")
+        check = program.check(copy, key)
+        if not check["same_force_law"]:
+            raise program.Refused("of another version of the force law")
+        if not check["identical"]:
+            raise program.Refused("the replay differs: " + str(check.get("difference", ""))[:250])
+        header = program.header(copy)
+        page = Path(room) / "en.html"
+        score = program.score(copy, page)
+        session.student = Student.objects.filter(pseudonym=header["trainee"]).first() if header["trainee"] else None
+        session.exercise = exercise_of(header)
+        session.scene_name = str(header["scene"].get("name", ""))[:100]
+        session.bench_date = header["date"]
+        session.seconds, session.truncated = check["seconds"], check["truncated"]
+        session.field_hash, session.force_hash = check["field_hash"], check["force_hash"]
+        twin = Session.objects.filter(force_hash=session.force_hash, state=Session.ACCEPTED).exclude(pk=session.pk)
+        if twin.exists():
+            raise program.Refused("the hand of an earlier session")
+        exam = exam_of(session, header)
+        if exam:
+            _judge_exam(session, exam)
+        if session.exercise and score["full"] > 0:
+            session.points = 100 * score["points"] / score["full"]
+            session.passed, session.completion = score["passed"], score["completion"]
+        page.replace(derived(session.sha256, "en.html"))
+    return score, exam
+
+
+def _judge_exam(session, exam):
+    if not session.signature:
+        raise program.Refused("an exam without the bench's signature")
+    if session.bench_id != exam.bench_id:
+        raise program.Refused("an exam from another bench")
+    if session.student_id != exam.student_id:
+        raise program.Refused("an exam of another student")
+    if session.exercise_id != exam.assignment.exercise_id:
+        raise program.Refused("another exercise than the exam's")
+    if session.truncated:
+        raise program.Refused("an exam that was cut off")
+    if exam.session_id not in (None, session.pk):
+        raise program.Refused("a second session of one exam")
+    if session.received > exam.assignment.due:
+        raise program.Refused("after the exam's end")
+
+
+def attach(session):
+    """Numbers the attempt, and finds the open assignment with attempts left that the session answers."""
+    others = Session.objects.filter(student=session.student, exercise=session.exercise, state=Session.ACCEPTED)
+    session.attempt = others.exclude(pk=session.pk).count() + 1
+    for assignment in Assignment.objects.filter(group__students=session.student, exercise=session.exercise, sealed=False,
+                                                opens__lte=session.received, due__gte=session.received).order_by("due"):
+        if others.filter(assignment=assignment).count() < assignment.attempts:
+            return assignment
+    return None
+
+
+def process(session):
+    settle(session.pk)
+    try:
+        score, exam = judge(session)
+        session.state, session.reason = Session.ACCEPTED, ""
+    except (program.Refused, ValueError, KeyError, TypeError, AttributeError) as refusal:
+        session.state, session.reason = Session.REFUSED, (str(refusal) or "unreadable")[:300]
+        score, exam, session.points, session.passed = None, None, None, None
+    with transaction.atomic():
+        if score and session.student and session.exercise:
+            session.assignment = exam.assignment if exam else attach(session)
+            if exam:
+                attach(session)
+                ExamStart.objects.filter(pk=exam.pk).update(session=session)
+        session.save()
+        session.items.all().delete()
+        if score:
+            ScoreItem.objects.bulk_create(item_of(session, item) for item in score["items"])
+            lti.queue_grade(session)
+
+
+def item_of(session, item):
+    place = item.get("worst_at") or {}
+    return ScoreItem(session=session, name=item["name"][:60], value=item.get("value"), unit=item.get("unit", "")[:20],
+                     target=item.get("target"), points=item["points"], full=item["full"],
+                     place=" ".join(filter(None, (place.get(k, "") for k in ("part", "side", "third"))))[:60])
+
+
+def process_waiting():
+    """Handles every waiting session; returns their number."""
+    done = 0
+    while session := Session.objects.filter(state=Session.WAITING).order_by("received").first():
+        process(session)
+        done += 1
+    return done
+
+
+class Worker(threading.Thread):
+    """Checks waiting sessions, one at a time, beside the pages."""
+    def __init__(self):
+        super().__init__(daemon=True, name="intake")
+        self.wake = threading.Event()
+
+    def run(self):
+        while True:
+            try:
+                process_waiting()
+                lti.send_grades()
+            except Exception:  # a full disk or a locked database: the session waits
+                log.exception("intake")
+            close_old_connections()
+            self.wake.wait(15)
+            self.wake.clear()
+
+
+worker = Worker()

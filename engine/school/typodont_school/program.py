@@ -1,0 +1,62 @@
+"""Reads a recording with the program `typodont`, in a child process with limits. An upload is hostile until then."""
+import json
+import os
+import pathlib
+import resource
+import subprocess
+
+from django.conf import settings
+
+LIMITS = {resource.RLIMIT_AS: 8 << 30, resource.RLIMIT_CPU: 600, resource.RLIMIT_FSIZE: 512 << 20, resource.RLIMIT_CORE: 0}
+MAX_REASON = 300
+
+
+class Refused(Exception):
+    """The recording is not what it claims to be; the text says why."""
+
+
+def _limit():
+    for limit, value in LIMITS.items():
+        resource.setrlimit(limit, (value, value))
+
+
+def run(*command):
+    """Returns exit status, output and the last line of messages."""
+    keep = {name: value for name, value in os.environ.items() if name.startswith("TYPODONT_") and not name.startswith("TYPODONT_SCHOOL_")}
+    environment = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": str(settings.DATA), **keep,
+                   "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache")}
+    try:
+        done = subprocess.run([str(part) for part in command], capture_output=True, timeout=900, env=environment,
+                              stdin=subprocess.DEVNULL, preexec_fn=_limit, start_new_session=True)
+    except subprocess.TimeoutExpired:
+        raise Refused("reading took too long")
+    messages = done.stderr.decode(errors="replace").strip().splitlines() or [""]
+    return done.returncode, done.stdout, messages[-1][:MAX_REASON]
+
+
+def typodont(*arguments, fine=(0,)):
+    status, output, message = run(settings.PROGRAM, *arguments)
+    if status not in fine:
+        raise Refused(message or f"the reader ended with status {status}")
+    return output
+
+
+def check(recording, key=None):
+    """Replays the recording bit for bit. Returns the program's summary."""
+    summary = json.loads(typodont("replay", recording, "--check", "--json", *(("--key", key) if key else ()), fine=(0, 1)) or "null")
+    if summary is None:
+        raise Refused("no valid signature" if key else "cannot be replayed")
+    return summary
+
+
+def score(recording, page):
+    """Returns the score that the recording's own cuts give; writes the program's page."""
+    return json.loads(typodont("report", recording, "--out", page, "--json", "--language", page.stem))
+
+
+def header(recording):
+    """Returns scene, files, trainee and date. Only for a recording that the program has read."""
+    status, output, message = run("/usr/bin/python3", "-I", pathlib.Path(__file__).with_name("header.py"), recording)
+    if status:
+        raise Refused(message)
+    return json.loads(output)

@@ -1,0 +1,454 @@
+"""The pages."""
+import csv
+import hashlib
+import json
+import secrets
+import shutil
+import tempfile
+import zipfile
+from collections import Counter, defaultdict
+from datetime import timedelta
+from statistics import fmean
+
+from django.conf import settings
+from django.contrib import auth
+from django.contrib.auth import password_validation, update_session_auth_hash
+from django.core.exceptions import ValidationError
+from django.db import transaction
+from django.db.models import Avg, Count, Max
+from django.http import FileResponse, HttpResponse, JsonResponse
+from django.shortcuts import redirect, render
+from django.utils import timezone
+from django.utils.dateparse import parse_datetime
+from django.utils.http import url_has_allowed_host_and_scheme
+from django.views.decorators.csrf import csrf_exempt
+
+from . import charts, intake, oneroster, program, words, xapi
+from .access import ADMIN, ALL, STAFF, STUDENT, get, page, public, visible
+from .models import (Assignment, Bench, Class, ExamStart, Exercise, Remark, School, ScoreItem, Session, SignInFailure,
+                     Student)
+
+MAX_FAILURES, FAILURE_WINDOW = 8, timedelta(minutes=15)
+
+
+def refused(request, exception=None):
+    return render(request, "message.html", {"title": "not_allowed", "text": "not_allowed_text"}, status=403)
+
+
+# Sign-in.
+
+@public
+def sign_in(request):
+    error, status = None, 200
+    onward = request.POST.get("next", request.GET.get("next", "/"))
+    if not url_has_allowed_host_and_scheme(onward, {request.get_host()}, request.is_secure()):
+        onward = "/"
+    if request.method == "POST":
+        name = request.POST.get("username", "")[:150]
+        keys = ["name " + name.lower(), "from " + request.META.get("REMOTE_ADDR", "")]
+        recent = SignInFailure.objects.filter(at__gt=timezone.now() - FAILURE_WINDOW)
+        limits = (MAX_FAILURES, 10 * MAX_FAILURES)  # a room of benches shares one address
+        if any(recent.filter(key=key).count() >= limit for key, limit in zip(keys, limits)):
+            error, status = "too_many", 429
+        else:
+            user = auth.authenticate(request, username=name, password=request.POST.get("password", ""))
+            if user:
+                auth.login(request, user)
+                return redirect(onward)
+            SignInFailure.objects.filter(at__lt=timezone.now() - FAILURE_WINDOW).delete()
+            SignInFailure.objects.bulk_create(SignInFailure(key=key) for key in keys)
+            error, status = "wrong", 403
+    return render(request, "sign_in.html", {"error": error, "next": onward}, status=status)
+
+
+@public
+def language(request):
+    answer = redirect("home")
+    if request.method == "POST":
+        onward = request.POST.get("next", "/")
+        if url_has_allowed_host_and_scheme(onward, {request.get_host()}, request.is_secure()):
+            answer = redirect(onward)
+        if request.POST.get("language") in words.LANGUAGES:
+            answer.set_cookie("language", request.POST["language"], max_age=365 * 86400, samesite="Lax", secure=settings.HTTPS)
+    return answer
+
+
+@page(*ALL, methods="POST")
+def sign_out(request):
+    auth.logout(request)
+    return redirect("sign_in")
+
+
+@page(*ALL, methods="GET POST")
+def password(request):
+    error = None
+    if request.method == "POST":
+        new = request.POST.get("new", "")
+        try:
+            if not request.user.check_password(request.POST.get("old", "")):
+                raise ValidationError(words.say(words.language_of(request), "wrong"))
+            password_validation.validate_password(new, request.user)
+            request.user.set_password(new)
+            request.user.save()
+            update_session_auth_hash(request, request.user)
+            return render(request, "message.html", {"title": "change_password", "text": "changed"})
+        except ValidationError as problem:
+            error = problem.messages[0]
+    return render(request, "password.html", {"error": error}, status=400 if error else 200)
+
+
+@page(*ALL)
+def home(request):
+    return redirect("student", request.user.student.pk) if request.role == STUDENT else redirect("classes")
+
+
+# Teachers' pages.
+
+def accepted(students):
+    return Session.objects.filter(student__in=students, state=Session.ACCEPTED, points__isnull=False)
+
+
+@page(*STAFF)
+def classes(request):
+    month = timezone.now() - timedelta(days=30)
+    rows = visible(request.user, Class).order_by("name").select_related("school")
+    for row in rows:
+        of_class = Session.objects.filter(student__classes=row, state=Session.ACCEPTED)
+        row.size = row.students.count()
+        row.last = of_class.aggregate(last=Max("received"))["last"]
+        recent = of_class.filter(received__gt=month, points__isnull=False).aggregate(mean=Avg("points"), count=Count("pk"))
+        row.recent, row.mean = recent["count"], recent["mean"]
+    return render(request, "classes.html", {"rows": rows})
+
+
+@page(*STAFF)
+def group(request, key):
+    one = get(request.user, Class, key)
+    students = list(one.students.order_by("pseudonym"))
+    by_student, by_exercise = defaultdict(list), defaultdict(list)
+    for student, exercise, points, passed, received in accepted(students).order_by("received").values_list(
+            "student", "exercise", "points", "passed", "received"):
+        by_student[student].append((points, received))
+        by_exercise[exercise].append((points, passed))
+    for student in students:
+        own = by_student[student.pk]
+        student.count = len(own)
+        if own:
+            student.last_points, student.last = own[-1]
+            student.mean = fmean(points for points, _ in own)
+            student.spark = charts.spark([points for points, _ in own[-12:]])
+    exercises = list(Exercise.objects.filter(pk__in=by_exercise).order_by("name"))
+    for exercise in exercises:
+        scored = by_exercise[exercise.pk]
+        exercise.count, exercise.mean = len(scored), fmean(points for points, _ in scored)
+        exercise.passed = 100 * sum(bool(passed) for _, passed in scored) / len(scored)
+    assignments = list(one.assignments.order_by("-due").select_related("exercise"))
+    for assignment in assignments:
+        assignment.done = Session.objects.filter(assignment=assignment, state=Session.ACCEPTED).values("student").distinct().count()
+    return render(request, "class.html", {"group": one, "students": students, "exercises": exercises, "assignments": assignments,
+                                          "choices": Exercise.objects.order_by("name"), "now": timezone.now(),
+                                          "week": timezone.localtime() + timedelta(days=7)})
+
+
+def class_curve(students, exercise):
+    """Mean points of a class by attempt, with intervals: (attempt, mean, low, high, count)."""
+    by_attempt = defaultdict(list)
+    for attempt, points in accepted(students).filter(exercise=exercise, attempt__lte=20).values_list("attempt", "points"):
+        by_attempt[attempt].append(points)
+    return [(attempt, *charts.mean_interval(values), len(values)) for attempt, values in sorted(by_attempt.items())]
+
+
+@page(*STAFF)
+def exercise(request, key, exercise_key):
+    one, task = get(request.user, Class, key), get(request.user, Exercise, exercise_key)
+    language = words.language_of(request)
+    say = lambda text: words.say(language, text)
+    scored = accepted(list(one.students.all())).filter(exercise=task)
+    points = list(scored.values_list("points", flat=True))
+    items = defaultdict(list)
+    for name, value, unit, target, got, full, place in ScoreItem.objects.filter(session__in=scored, full__gt=0).values_list(
+            "name", "value", "unit", "target", "points", "full", "place"):
+        items[name].append((value, unit, target, full - got, place))
+    defects = []
+    for name, rows in items.items():
+        values = [row[0] for row in rows if row[0] is not None]
+        places = Counter(row[4] for row in rows if row[4])
+        title, unit = words.item(language, name), rows[0][1]
+        defects.append({"name": name, "title": title, "unit": unit, "lost": fmean(row[3] for row in rows), "mean": fmean(values) if values else None,
+                        "target": rows[0][2], "place": places.most_common(1)[0][0] if places else "",
+                        "chart": charts.histogram(title, values, f"{title} ({unit})" if unit else title, say("count"), rows[0][2], say("target"))})
+    defects.sort(key=lambda row: -row["lost"])
+    curve = class_curve(one.students.all(), task)
+    return render(request, "exercise.html", {
+        "group": one, "exercise": task, "curve": curve, "defects": defects, "count": len(points),
+        "curve_chart": charts.learning_curve(say("learning_curve"), [row[:4] for row in curve], [], say("attempt"), say("points")),
+        "points_chart": charts.histogram(say("distribution"), points, say("points"), say("count"))})
+
+
+@page(*STAFF, methods="POST")
+def assign(request, key):
+    one = get(request.user, Class, key)
+    try:
+        task, due, attempts = int(request.POST["exercise"]), parse_datetime(request.POST["due"]), int(request.POST["attempts"])
+    except (KeyError, ValueError):
+        return HttpResponse(status=400)
+    if due is None or not 0 < attempts <= 100:
+        return HttpResponse(status=400)
+    task = get(request.user, Exercise, task)
+    due = timezone.make_aware(due) if timezone.is_naive(due) else due
+    Assignment.objects.create(group=one, exercise=task, due=due, attempts=attempts, sealed="sealed" in request.POST)
+    return redirect("class", one.pk)
+
+
+@page(*STAFF)
+def scores_csv(request, key):
+    one = get(request.user, Class, key)
+    answer = HttpResponse(content_type="text/csv; charset=utf-8", headers={"Content-Disposition": 'attachment; filename="scores.csv"'})
+    out = csv.writer(answer)
+    out.writerow("pseudonym exercise attempt received points passed completion seconds sha256".split())
+    for row in accepted(one.students.all()).order_by("received").values_list(
+            "student__pseudonym", "exercise__name", "attempt", "received", "points", "passed", "completion", "seconds", "sha256"):
+        out.writerow(plain_cell(cell) for cell in row)
+    return answer
+
+
+def plain_cell(cell):
+    """A text that a spreadsheet takes for no formula."""
+    return "'" + cell if isinstance(cell, str) and cell[:1] in "=+-@\t\r" and cell else cell
+
+
+@page(*STAFF)
+def statements(request, key):
+    one = get(request.user, Class, key)
+    found = accepted(one.students.all()).select_related("student", "exercise").prefetch_related("items").order_by("received")
+    return JsonResponse([xapi.statement(session) for session in found], safe=False)
+
+
+# Students' pages.
+
+@page(*ALL)
+def student(request, key):
+    one = get(request.user, Student, key)
+    language = words.language_of(request)
+    sessions = list(Session.objects.filter(student=one).order_by("-received").select_related("exercise")[:100])
+    by_exercise = defaultdict(list)
+    for task, attempt, points, sha in accepted([one]).filter(attempt__lte=20).order_by("attempt").values_list(
+            "exercise", "attempt", "points", "sha256"):
+        by_exercise[task].append((attempt, points, f"{attempt}: {points:.0f}"))
+    group = one.classes.first()
+    curves = []
+    for task in Exercise.objects.filter(pk__in=by_exercise).order_by("name"):
+        own = by_exercise[task.pk]
+        others = class_curve(group.students.all(), task) if group else []
+        curves.append({"title": task.title(language), "own": own, "chart": charts.learning_curve(
+            task.title(language), [row[:4] for row in others], own, words.say(language, "attempt"), words.say(language, "points"))})
+    assignments = list(Assignment.objects.filter(group__students=one).order_by("-due").select_related("exercise"))
+    for assignment in assignments:
+        mine = [s for s in sessions if s.assignment_id == assignment.pk and s.state == Session.ACCEPTED]
+        assignment.done, assignment.best = len(mine), max((s.points for s in mine if s.points is not None), default=None)
+    return render(request, "student.html", {"student": one, "sessions": sessions, "curves": curves, "assignments": assignments,
+                                            "now": timezone.now()})
+
+
+@page(*ALL)
+def session(request, key):
+    one = get(request.user, Session, key)
+    items = sorted(one.items.all(), key=lambda item: item.points - item.full)
+    for item in items:
+        item.lost = item.full - item.points
+        item.percent = 100 * item.points / item.full if item.full else None
+    return render(request, "session.html", {"session": one, "items": [i for i in items if i.full > 0], "others": [i for i in items if i.full <= 0],
+                                            "remarks": one.remarks.order_by("written").select_related("author")})
+
+
+def derived_file(one, name, *command):
+    """Returns a file computed from an accepted recording, made on first use."""
+    file = intake.derived(one.sha256, name)
+    if not file.exists():
+        part = file.with_name(secrets.token_hex(4) + "-" + name)
+        program.typodont(command[0], intake.recording_of(one.sha256), "--out", part, *command[1:])
+        part.replace(file)
+    return file.open("rb")
+
+
+def accepted_session(user, key):
+    one = get(user, Session, key)
+    return one if one.state == Session.ACCEPTED else None
+
+
+@page(*ALL)
+def surface(request, key):
+    one = accepted_session(request.user, key)
+    return FileResponse(derived_file(one, "surface.glb", "mesh", "--tolerance-mm", 0.03), content_type="model/gltf-binary") if one else HttpResponse(status=409)
+
+
+@page(*ALL)
+def report(request, key):
+    """The program's own page. Its texts come from a recording, so it runs in a sandbox."""
+    one = accepted_session(request.user, key)
+    if not one:
+        return HttpResponse(status=409)
+    language = words.language_of(request)
+    answer = FileResponse(derived_file(one, language + ".html", "report", "--language", language), content_type="text/html; charset=utf-8")
+    answer["Content-Security-Policy"] = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; media-src data:"
+    return answer
+
+
+@page(*ALL)
+def recording(request, key):
+    one = get(request.user, Session, key)
+    return FileResponse(intake.recording_of(one.sha256).open("rb"), as_attachment=True, filename=one.sha256[:12] + ".h5")
+
+
+@page(*STAFF, methods="POST")
+def remark(request, key):
+    one = get(request.user, Session, key)
+    text = request.POST.get("text", "").strip()[:4000]
+    if text:
+        Remark.objects.create(session=one, author=request.user, text=text)
+    return redirect("session", one.pk)
+
+
+@page(*ALL)
+def export(request, key):
+    """Everything stored about a student: one zip file."""
+    one = get(request.user, Student, key)
+    rows = [{"sha256": s.sha256, "received": s.received.isoformat(), "bench": s.bench.name, "bench_date": s.bench_date, "state": s.state, "reason": s.reason,
+             "exercise": s.exercise and s.exercise.name, "attempt": s.attempt, "points": s.points, "passed": s.passed, "seconds": s.seconds,
+             "items": list(s.items.values("name", "value", "unit", "target", "points", "full", "place")),
+             "remarks": [{"written": r.written.isoformat(), "text": r.text} for r in s.remarks.all()]}
+            for s in one.session_set.select_related("exercise", "bench").prefetch_related("items", "remarks")]
+    about = {"pseudonym": one.pseudonym, "identifier": one.source_id, "user": one.user and one.user.username,
+             "classes": [c.name for c in one.classes.all()], "sessions": rows}
+    out = tempfile.TemporaryFile(dir=intake.folder("work"))
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as packed:
+        packed.writestr("student.json", json.dumps(about, ensure_ascii=False, indent=1))
+        for row in rows:
+            file = intake.recording_of(row["sha256"])
+            if file.exists():
+                packed.write(file, f"recordings/{row['sha256']}.h5")
+    out.seek(0)
+    return FileResponse(out, as_attachment=True, filename="student.zip")
+
+
+def erase(one):
+    """Deletes a student, the account, and every file of every session."""
+    shas = list(one.session_set.values_list("pk", flat=True))
+    with transaction.atomic():
+        if one.user:
+            one.user.delete()
+        one.session_set.all().delete()
+        one.delete()
+    for sha in shas:
+        intake.recording_of(sha).unlink(missing_ok=True)
+        shutil.rmtree(intake.derived(sha, "").parent / sha, ignore_errors=True)
+
+
+@page(ADMIN, methods="POST")
+def delete(request, key):
+    one = get(request.user, Student, key)
+    if request.POST.get("pseudonym") != one.pseudonym:
+        return redirect("student", one.pk)
+    erase(one)
+    return redirect("classes")
+
+
+# The administration.
+
+@page(ADMIN)
+def administration(request):
+    return render(request, "administration.html", {
+        "benches": Bench.objects.order_by("name"), "schools": School.objects.order_by("name"),
+        "unclaimed": Session.objects.filter(student=None).order_by("-received").select_related("bench")[:50]})
+
+
+def new_bench(school, name):
+    """Returns the bench and its token, which only the bench keeps."""
+    token = secrets.token_urlsafe(32)
+    return Bench.objects.create(school=school, name=name, token_hash=hashlib.sha256(token.encode()).hexdigest(),
+                                signing_key=secrets.token_hex(32)), token
+
+
+@page(ADMIN, methods="POST")
+def add_bench(request):
+    school = School.objects.first() or School.objects.create(name="School")
+    bench, token = new_bench(school, request.POST.get("name", "")[:100] or "bench")
+    return render(request, "bench.html", {"bench": bench, "token": token})
+
+
+@page(ADMIN, methods="POST")
+def roster(request):
+    upload = request.FILES.get("file")
+    try:
+        people = oneroster.read(upload)
+    except oneroster.Unreadable as problem:
+        return render(request, "message.html", {"title": "import_roster", "detail": str(problem)}, status=400)
+    return render(request, "roster.html", {"people": people})
+
+
+# The benches' interface.
+
+def bench_of(request):
+    scheme, _, token = request.headers.get("Authorization", "").partition(" ")
+    bench = Bench.objects.filter(token_hash=hashlib.sha256(token.encode()).hexdigest()).first() if scheme == "Bearer" else None
+    if bench is None:
+        raise intake.Problem(401, "no bench has this token")
+    if not bench.last_seen or timezone.now() - bench.last_seen > timedelta(minutes=1):
+        bench.last_seen = timezone.now()
+        bench.save(update_fields=["last_seen"])
+    return bench
+
+
+def interface(view):
+    @public
+    @csrf_exempt  # a token, no cookie
+    def answered(request, *args, **kwargs):
+        try:
+            return JsonResponse(view(request, bench_of(request), *args, **kwargs))
+        except intake.Problem as problem:
+            return JsonResponse(problem.answer, status=problem.status)
+    return answered
+
+
+@interface
+def hand_in(request, bench, sha):
+    if request.method == "GET":
+        return intake.state(sha)
+    if request.method != "PUT":
+        raise intake.Problem(405, "GET or PUT")
+    try:
+        kind, _, span = request.headers.get("Content-Range", "").partition(" ")
+        first, last, total = (int(n) for n in span.replace("/", "-").split("-"))
+        size = int(request.headers.get("Content-Length", ""))
+        if kind != "bytes" or size != last - first + 1 or size <= 0 or first < 0:
+            raise ValueError
+    except ValueError:
+        raise intake.Problem(400, "Content-Range: bytes FIRST-LAST/TOTAL")
+    if size > intake.MAX_CHUNK:
+        raise intake.Problem(413, "chunk too large")
+    chunk = request.read(size)
+    if len(chunk) != size:
+        raise intake.Problem(400, "the body is shorter than announced")
+    return intake.append(bench, sha, first, total, chunk, request.headers.get("X-Signature", ""))
+
+
+@interface
+def exam(request, bench, key):
+    """Starts a sealed exam: the scene with its seed. A second start by the same bench gives the same seed."""
+    if request.method != "POST":
+        raise intake.Problem(405, "POST")
+    now = timezone.now()
+    pseudonym = request.POST.get("student", "")
+    assignment = Assignment.objects.filter(pk=key, sealed=True, opens__lte=now, due__gte=now, group__school=bench.school).first()
+    who = Student.objects.filter(pseudonym=pseudonym, classes=assignment.group).first() if assignment else None
+    if who is None:
+        raise intake.Problem(403, "no open exam for this student")
+    start, _ = ExamStart.objects.get_or_create(assignment=assignment, student=who, defaults={"bench": bench, "seed": secrets.token_hex(16)})
+    if start.bench_id != bench.pk or start.session_id:
+        raise intake.Problem(403, "no open exam for this student")
+    return {"seed": start.seed, "scene": {**assignment.exercise.scene, "description": "exam " + start.seed}}
+
+
+@public
+def profile(request):
+    return JsonResponse(xapi.profile())
