@@ -21,4 +21,8 @@ if __name__ == "__main__":
         settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # fast
         from django.db import connection
         connection.settings_dict["TEST"]["NAME"] = os.path.join(folder, "test.sqlite")  # a file: threads share it
-        sys.exit(bool(DiscoverRunner(verbosity=2).run_tests(sys.argv[2:])))
+        class Runner(DiscoverRunner):
+            def suite_result(self, suite, result, **more):
+                return len(result.failures) + len(result.errors) + (result.testsRun == 0)
+
+        sys.exit(bool(Runner(verbosity=2).run_tests(sys.argv[2:])))

@@ -140,6 +140,19 @@ class HandIn(LiveServerTestCase):
         for file in files:
             self.assertEqual(intake.recording_of(sha256(file)).read_bytes(), file.read_bytes())
 
+    def test_a_bench_with_a_key_signs_what_it_hands_in(self):
+        file = self.add("anna", "anna")
+        key = self.folder / "key"
+        key.touch(mode=0o600)
+        for number, text in enumerate(("0" * 64, self.room.bench.signing_key)):  # the wrong key, then the right one
+            key.write_text(text + "\n")
+            file.with_name("anna.h5.sig").unlink(missing_ok=True)
+            (self.folder / ".handed-in.json").unlink(missing_ok=True)
+            with mock.patch.multiple("typodont_school.hand_in", KEY_FILE=str(key), PROGRAM=intake.settings.PROGRAM):
+                self.assertEqual(self.send(), 0)
+            intake.process_waiting()
+            self.assertEqual(Session.objects.get().state, ("refused", "accepted")[number])
+
     def test_a_wrong_token_hands_in_nothing(self):
         self.add("anna", "anna")
         self.assertEqual(self.send(Service(self.live_server_url, "guess")), 1)

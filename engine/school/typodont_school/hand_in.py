@@ -3,12 +3,14 @@
 sent later. Needs only Python's own library.
 
 usage: hand_in.py FOLDER [once]
-TYPODONT_SCHOOL_ADDRESS is the service, TYPODONT_SCHOOL_TOKEN_FILE the file with the bench's token."""
+TYPODONT_SCHOOL_ADDRESS is the service, TYPODONT_SCHOOL_TOKEN_FILE the file with the bench's token,
+TYPODONT_SCHOOL_KEY_FILE that with its signing key: then each recording is signed by TYPODONT_SCHOOL_PROGRAM."""
 import hashlib
 import http.client
 import json
 import os
 import pathlib
+import subprocess
 import sys
 import time
 import urllib.error
@@ -16,6 +18,8 @@ import urllib.request
 
 CHUNK = 1 << 20
 MIN_WAIT, MAX_WAIT = 2, 600  # s
+KEY_FILE = os.environ.get("TYPODONT_SCHOOL_KEY_FILE")
+PROGRAM = os.environ.get("TYPODONT_SCHOOL_PROGRAM", "typodont")
 FINAL = ("waiting", "accepted", "refused")
 
 
@@ -53,9 +57,11 @@ class Service:
     def send(self, file):
         """Sends what the service does not have yet. Returns its state of the session and the hash."""
         sha, total = sha256(file), os.path.getsize(file)
-        status, answer = self.ask(sha)
         signature = file.with_name(file.name + ".sig")
+        if KEY_FILE and not signature.exists():
+            subprocess.run([PROGRAM, "sign", "--key", KEY_FILE, file], check=True, stdout=subprocess.DEVNULL)
         extra = {"X-Signature": signature.read_text().strip()} if signature.exists() else {}
+        status, answer = self.ask(sha, **extra)
         with open(file, "rb") as f:
             while status in (200, 409):
                 if answer.get("state") in FINAL:
@@ -102,7 +108,7 @@ class Folder:
             try:
                 stamp = self.stamp(file)
                 state, sha = service.send(file)
-            except (Later, OSError) as reason:
+            except (Later, OSError, subprocess.SubprocessError) as reason:
                 left += 1
                 said(f"{file.name}: later ({reason})")
                 continue

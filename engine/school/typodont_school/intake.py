@@ -40,9 +40,14 @@ def derived(sha, name):
     return folder(f"derived/{sha[:2]}/{sha}") / name
 
 
-def state(sha):
+def state(sha, signature=""):
+    """Returns what is known of a session. One that was refused is checked again with another signature."""
     session = Session.objects.filter(pk=sha).first()
     if session:
+        if session.state == Session.REFUSED and signature not in ("", session.signature):
+            session.signature, session.state = signature[:300], Session.WAITING
+            session.save(update_fields=["signature", "state"])
+            worker.wake.set()
         return {"state": session.state, "received": session.size, "reason": session.reason}
     part = folder("incoming") / sha
     return {"state": "incomplete", "received": part.stat().st_size if part.exists() else 0, "reason": ""}
@@ -51,7 +56,7 @@ def state(sha):
 def append(bench, sha, first, total, chunk, signature):
     """Appends bytes to an upload; with the last one, the session waits for its checks."""
     if Session.objects.filter(pk=sha).exists():
-        return state(sha)
+        return state(sha, signature)
     if not 0 < total <= settings.MAX_SESSION_BYTES or first + len(chunk) > total:
         raise Problem(413, "too large")
     incoming = folder("incoming")
@@ -125,7 +130,7 @@ def judge(session):
         os.link(recording_of(session.sha256), copy)
         key = None
         if session.signature:
-            copy.with_name("session.h5.sig").write_text(session.signature)
+            copy.with_name("session.h5.sig").write_text(session.signature + "\n")
             key = Path(room) / "key"
             key.touch(mode=0o600)
             key.write_text(session.bench.signing_key + "\n")

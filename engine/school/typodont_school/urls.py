@@ -33,6 +33,7 @@ urlpatterns = [
     path("administration", views.administration, name="administration"),
     path("administration/bench", views.add_bench, name="add_bench"),
     path("administration/roster", views.roster, name="roster"),
+    path("administration/platform", views.add_platform, name="add_platform"),
     path("api/hand-in/<sha:sha>", views.hand_in, name="hand_in"),
     path("api/exam/<int:key>", views.exam, name="exam"),
     path("xapi/profile.json", views.profile, name="profile"),

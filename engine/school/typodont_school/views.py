@@ -25,7 +25,7 @@ from django.views.decorators.csrf import csrf_exempt
 
 from . import charts, intake, oneroster, program, words, xapi
 from .access import ADMIN, ALL, STAFF, STUDENT, get, page, public, visible
-from .models import (Assignment, Bench, Class, ExamStart, Exercise, Remark, School, ScoreItem, Session, SignInFailure,
+from .models import (Assignment, Bench, Class, ExamStart, Exercise, Platform, Remark, School, ScoreItem, Session, SignInFailure,
                      Student)
 
 MAX_FAILURES, FAILURE_WINDOW = 8, timedelta(minutes=15)
@@ -358,7 +358,7 @@ def delete(request, key):
 @page(ADMIN)
 def administration(request):
     return render(request, "administration.html", {
-        "benches": Bench.objects.order_by("name"), "schools": School.objects.order_by("name"),
+        "benches": Bench.objects.order_by("name"), "platforms": Platform.objects.order_by("issuer"),
         "unclaimed": Session.objects.filter(student=None).order_by("-received").select_related("bench")[:50]})
 
 
@@ -384,6 +384,19 @@ def roster(request):
     except oneroster.Unreadable as problem:
         return render(request, "message.html", {"title": "import_roster", "detail": str(problem)}, status=400)
     return render(request, "roster.html", {"people": people})
+
+
+@page(ADMIN, methods="POST")
+def add_platform(request):
+    """Registers a learning system from its settings as JSON, or renews its keys."""
+    try:
+        given = json.loads(request.POST.get("settings", ""))
+        texts = {name: str(given[name]) for name in ("issuer", "client_id", "deployment", "sign_in_url", "token_url")}
+        keys = {"keys": [dict(key) for key in given["keys"]]}
+    except (ValueError, KeyError, TypeError) as problem:
+        return render(request, "message.html", {"title": "new_platform", "detail": str(problem)}, status=400)
+    Platform.objects.update_or_create(issuer=texts.pop("issuer"), client_id=texts.pop("client_id"), defaults={**texts, "keys": keys})
+    return redirect("administration")
 
 
 # The benches' interface.
@@ -412,8 +425,9 @@ def interface(view):
 
 @interface
 def hand_in(request, bench, sha):
+    signature = request.headers.get("X-Signature", "")
     if request.method == "GET":
-        return intake.state(sha)
+        return intake.state(sha, signature)
     if request.method != "PUT":
         raise intake.Problem(405, "GET or PUT")
     try:
@@ -429,7 +443,7 @@ def hand_in(request, bench, sha):
     chunk = request.read(size)
     if len(chunk) != size:
         raise intake.Problem(400, "the body is shorter than announced")
-    return intake.append(bench, sha, first, total, chunk, request.headers.get("X-Signature", ""))
+    return intake.append(bench, sha, first, total, chunk, signature)
 
 
 @interface
