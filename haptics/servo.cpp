@@ -241,7 +241,9 @@ bool Servo::State::remove(ContactTick& now) noexcept {
   now.faults |= now.contact.faults;
   if (!changed) return false;
   sums.cuts = now.cut.index;
-  for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
+  if (!model->estimates_volume()) {
+    for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
+  }
   if (energy > 0) spend(now, energy);
   return true;
 }
@@ -314,6 +316,7 @@ SoftTissue* Servo::soft() noexcept {
 
 void Servo::adopt(Snapshot& fresh) noexcept {
   state_->model->adopt(fresh, state_->sums.removed);
+  state_->travel = state_->model->travel();
   state_->motion.room = 0;
 }
 

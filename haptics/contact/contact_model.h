@@ -156,6 +156,8 @@ class ContactModel {
   /// changed, and then sets all members of `cut` except its normal. `energy`: J, energy that was used. Called only if
   /// the tool cuts in this tick, if it is a filling instrument, or if Contact::places is true.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
+  /// Returns true if the volumes of its cuts are estimates, and adopt() counts the measured ones.
+  virtual bool estimates_volume() const noexcept { return false; }
   /// Computes the contacts at the position that the head has after the cut. Sets those members of `out` that are
   /// results of feel(): all from `count` on. Called only while the head is in contact.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;

@@ -46,6 +46,24 @@ struct MadeCut {
   PerTissue removed{};  // m³, removed volume of each tissue
 };
 
+/// Removed volume that never falls, although a cut of a mesh may add a little: later cuts make up for it.
+class RisingCount {
+ public:
+  /// m³ to count now, of what a cut removed.
+  PerTissue counted(const PerTissue& removed) noexcept {
+    PerTissue now{};
+    for (std::size_t t = 0; t < now.size(); ++t) {
+      const double more = removed[t] - ahead_[t];
+      now[t] = std::max(more, 0.0);
+      ahead_[t] = std::max(-more, 0.0);
+    }
+    return now;
+  }
+
+ private:
+  PerTissue ahead_{};  // m³ counted too much
+};
+
 /// For SurfacePatch models, with the box of each cut.
 class CutLog {
  public:

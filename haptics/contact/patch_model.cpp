@@ -1,5 +1,6 @@
 #include "haptics/contact/patch_model.h"
 
+#include <limits>
 #include <utility>
 
 #include "haptics/cutting/carve.h"
@@ -12,10 +13,7 @@ static double reported_travel(const ServoSettings& settings) {
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
 }
 
-PatchModel::PatchModel(const ServoSettings& settings)
-    : settings_(settings),
-      travel_(reported_travel(settings)),
-      patch_(empty_patch_for(tool_set(settings), settings.frame.voxel)) {}
+PatchModel::PatchModel(const ServoSettings& settings) : settings_(settings), travel_(reported_travel(settings)) {}
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
@@ -24,7 +22,7 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   }
-  if (fresh.n != patch_.n) return;  // never: sized at set-up
+  if (fresh.whole) travel_ = std::numeric_limits<double>::infinity();
   if (fresh.from != 0) return step_to(fresh);
   const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
   const bool first = patch_.number == 0;

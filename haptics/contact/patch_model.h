@@ -35,8 +35,8 @@ class PatchModel : public ContactModel {
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;  // m of a tool in one patch
-  SurfacePatch patch_;
+  double travel_;       // m of a tool in one patch
+  SurfacePatch patch_;  // without memory until the first snapshot
   CutLog log_;
   std::uint64_t cut_count_ = 0;
 

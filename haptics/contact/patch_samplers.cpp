@@ -1,4 +1,5 @@
 // Distances and labels (surface_patch.h).
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -38,6 +39,10 @@ void count_queries(std::uint64_t count) noexcept {
 }
 
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  if (patch.whole) {
+    const dvec3 held = patch.nearest_held(p_V);
+    if (held != p_V) return std::hypot(glm::length(p_V - held), std::max(sample_linear(patch, held), 0.0));
+  }
   ++t_queries;
   const Cell c = cell_at(patch, p_V);
   const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
@@ -50,7 +55,7 @@ double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   ++t_queries;
-  const Cell c = cell_at(patch, p_V);
+  const Cell c = cell_at(patch, patch.whole ? patch.nearest_held(p_V) : p_V);
   const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
   const double z00 = f[1] - f[0], z01 = f[sy + 1] - f[sy], z10 = f[sx + 1] - f[sx], z11 = f[sx + sy + 1] - f[sx + sy];

@@ -38,8 +38,12 @@ double patch_travel_for(std::span<const Tool> tools, double voxel) {
 }
 
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
+  return empty_patch_for(tools, voxel, patch_edge_for(tools, voxel));
+}
+
+SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge) {
   SurfacePatch patch;
-  patch.resize(patch_edge_for(tools, voxel));
+  patch.resize(edge);
   const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
   if (coarse.edge > 0) {
     patch.coarse_levels.emplace_back();

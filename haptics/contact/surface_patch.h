@@ -23,6 +23,7 @@ namespace typodont::haptics {
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
+  bool whole = false;   // contains all tissue: only air beyond
   double band = 1e300;  // voxels, largest stored distance
   // outside never too large, except near cuts and fillings
   bool exact_outside = false;
@@ -70,10 +71,17 @@ struct SurfacePatch : Snapshot {
     const double room = reach + kStencil, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// Largest `reach` of holds() at p (voxels).
+  /// All tissue within `reach` of p, for searches that read nothing else.
+  bool covers(const dvec3& p_V, double reach) const { return holds(p_V, reach) || (whole && number != 0); }
+  /// Largest `reach` of covers() at p (voxels).
   double reach_around(const dvec3& p_V) const {
+    if (whole) return 1e300;
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
     return std::min({nearest.x, nearest.y, nearest.z}) - kStencil;
+  }
+  /// The nearest point that linear interpolation may read.
+  dvec3 nearest_held(const dvec3& p_V) const {
+    return glm::clamp(p_V, dvec3(lo) + kStencil, dvec3(lo + n - 1) - kStencil);
   }
   /// 0..1 of `way` (voxels) from p along which holds() for `reach`. True at p required.
   double held_fraction(const dvec3& p_V, const dvec3& way, double reach) const {
@@ -118,8 +126,9 @@ struct FieldSample {
 // Unchecked: holds() first.
 
 /// Trilinear at p_V (voxels): error h²/4R for surface radius R, voxel h; 3–4 ns. For searches, never for a force.
+/// Beyond a whole patch a lower bound.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear with gradient.
+/// Trilinear with gradient, also beyond a whole patch.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, O(h⁴). The prefilter is
 /// local, in the weights: nothing to update after a cut (Condat, Blu & Unser 2005, sec. III).
@@ -145,7 +154,9 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 int patch_edge_for(std::span<const Tool> tools, double voxel);
 /// Voxels from the centre until the tool leaves it.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Empty, number 0, patch_edge_for(); with a coarse patch if a tool has a shank.
+/// Empty, number 0, of `edge` samples along each axis; with a coarse patch if a tool has a shank.
+SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge);
+/// Of patch_edge_for().
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 /// The sample's byte, or the filling's. Only with hardness per voxel.

@@ -88,23 +88,19 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // Removed volume of each tissue: the volume that the carver thread has measured for the cuts in the snapshot, plus
-    // `lacking`. `lacking` is the estimated volume of the cuts that the snapshot does not contain yet.
-    PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
-    for (std::uint64_t i = first_lacking; i <= made_.last(); ++i) {
-      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i].removed[t];
-    }
+    const bool edited = fresh.edits != snapshot_.edits;
     double estimated = 0, measured = 0;
     for (std::uint64_t i = made_.first_after(snapshot_.cuts); i <= fresh.cuts; ++i) {
       estimated += total(made_[i].removed);
     }
     for (std::size_t t = 1; t < removed.size(); ++t) {
       measured += fresh.removed[t] - snapshot_.removed[t];
-      removed[t] = fresh.removed[t] + lacking[t];
+      // A cut of the mesh may add a little, but the count falls only by undo.
+      removed[t] = edited ? fresh.removed[t] : std::max(removed[t], fresh.removed[t]);
     }
-    if (estimated > 0 && fresh.edits == snapshot_.edits) {
+    if (estimated > 0 && !edited) {
       const double ratio = std::clamp(measured / estimated * measured_, kLeastMeasured, kMostMeasured);
       measured_ += kMeasuredShare * (ratio - measured_);
     }

@@ -1,10 +1,15 @@
 #include "haptics/contact/offset/field_body.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics::offset {
@@ -14,6 +19,58 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
   const double voxel = volume_.frame().voxel;
   travel_ = patch_travel_for(tools_, voxel) * voxel;
   coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
+  choose_grid();
+}
+
+namespace {
+
+/// Of the box's sides; false for tissue that ends at the volume's border.
+bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
+  constexpr int kThick = 4;      // voxels
+  constexpr float kAway = 2.5f;  // voxels from tissue
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {0, edge - kThick}) {
+      glm::ivec3 from = lo, size(edge);
+      from[axis] += side, size[axis] = kThick;
+      std::vector<float> distance(static_cast<std::size_t>(edge) * edge * kThick);
+      volume.copy(from, size, distance.data(), nullptr);
+      if (std::ranges::min(distance) < kAway) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+/// If a large head's patch would be larger than the tissue, it contains all tissue and no more. Throws Error if it
+/// would need too much memory.
+void FieldBody::choose_grid() {
+  constexpr int kAir = 8;                            // voxels around the tissue
+  constexpr double kLarge = 4e6;                     // samples; smaller patches follow the tool, to cut fast
+  constexpr double kMaxSamples = 2e8, kPatches = 4;  // of a session
+  constexpr double kSampleBytes = sizeof(float) + sizeof(Tissue);
+  const double voxel = volume_.frame().voxel;
+  edge_ = patch_edge_for(tools_, voxel);
+  glm::ivec3 lo, hi;
+  volume_.bounds(lo, hi);
+  const bool adds = std::ranges::any_of(tools_, [](const Tool& t) { return t.fill != Tissue::kAir || t.implant; });
+  const glm::ivec3 first = (lo - kAir) & -Sweep::kLeaf, size = hi + kAir + 1 - first;
+  const int edge = (std::max({size.x, size.y, size.z}) + Sweep::kLeaf - 1) & -Sweep::kLeaf;
+  const auto samples = [](double n) { return n * n * n; };
+  if (!adds && lo.x <= hi.x && samples(edge_) > kLarge && edge < edge_ && has_air_around(volume_, first, edge)) {
+    edge_ = edge;
+    whole_ = first;
+    travel_ = std::numeric_limits<double>::infinity();
+  }
+  if (samples(edge_) <= kMaxSamples) return;
+  const Tool& largest = *std::ranges::max_element(tools_, {}, near_reach);
+  double least = voxel;
+  while (samples(patch_edge_for(tools_, least)) > kMaxSamples) least *= 1.01;
+  throw Error("tissue", "voxel_mm",
+              fmt::format("{:g} mm with a head of {:g} x {:g} mm, which needs {:.1f} GB", voxel / kMillimetre,
+                          largest.diameter / kMillimetre, 2 * largest.half() / kMillimetre,
+                          kPatches * kSampleBytes * samples(edge_) / 1e9),
+              fmt::format("at least {:.3g} mm, or a smaller head", std::ceil(least / 1e-6) * 1e-3));
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
@@ -62,7 +119,7 @@ constexpr std::size_t kMostInStep = 128;
 }  // namespace
 
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel));
+  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, edge_));
   const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
   if (edge * edge <= kMostInStep)
     patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMostInStep));
@@ -101,6 +158,7 @@ void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
 
 /// Of `n` samples per axis around `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
+  if (whole_) return *whole_;
   const dvec3 center_V = volume_.frame().to_voxels(center_W);
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
@@ -122,6 +180,13 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_p
 
 void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
+  if (patch.n == 0) {  // the servo's first, without memory
+    SurfacePatch sized = empty_patch_for(tools_, volume_.frame().voxel, edge_);
+    static_cast<Snapshot&>(sized) = patch;
+    std::swap(sized.step, patch.step);
+    patch = std::move(sized);
+  }
+  patch.whole = whole_.has_value();
   const glm::ivec3 lo = first_voxel(patch.center_W, patch.n), center = lo + patch.n / 2;
   patch.center_W = volume_.frame().to_world(dvec3(lo) + (patch.n - 1) / 2.0);
   patch.band = volume_.band() / volume_.frame().voxel;
@@ -133,6 +198,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   for (SurfacePatch& coarse : patch.coarse_levels) {
     const int n = coarse_.every;
     coarse.number = patch.number;
+    coarse.whole = patch.whole;
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -48,6 +49,7 @@ class FieldBody : public TissueBody {
   bool copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held);
   void cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo);
   glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
+  void choose_grid();
   void mark_cut_boxes(SurfacePatch& patch) const;
 
   TissueVolume volume_;
@@ -61,6 +63,9 @@ class FieldBody : public TissueBody {
     std::uint64_t foreign_changes = 0;
   } last_;
   double travel_ = 0;  // m of a head in one patch
+  int edge_ = 0;       // samples of a patch along each axis
+  // First voxel of a patch that contains all tissue; nullopt: patches follow the tool.
+  std::optional<glm::ivec3> whole_;
   // spacing and size around the shank; 0: no shank
   CoarseGrid coarse_;
 };

@@ -24,8 +24,9 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
 OffsetModel::OffsetModel(const ServoSettings& settings)
     : PatchModel(settings),
       front_(tool_set(settings), settings.frame.voxel),
-      coarse_front_(tool_set(settings),
-                    settings.frame.voxel * (patch_.coarse_levels.empty() ? 1 : patch_.coarse_levels.front().every)) {
+      coarse_front_(
+          tool_set(settings),
+          settings.frame.voxel * std::max(1, coarse_grid_for(tool_set(settings), settings.frame.voxel, 0).every)) {
   const double h = settings.frame.voxel;
   for (const Tool& each : tool_set(settings)) {
     heads_.push_back({each, ContactFinder(each, h), NonCuttingContacts(each, h), near_reach(each) / h});
@@ -38,7 +39,7 @@ OffsetModel::OffsetModel(const ServoSettings& settings)
 
 double OffsetModel::clearance(const Pose& X_WG) noexcept {
   const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
-  if (!patch_.holds(X_VT.p, reach() + 1)) return 0;
+  if (!patch_.covers(X_VT.p, reach() + 1)) return 0;
   double room = std::min(free_distance(X_VT.p), patch_.reach_around(X_VT.p) - reach() - 1) - 1;
   if (smooth().any()) room = std::min(room, smooth().room(patch_, X_VT) - 1);
   return room > 1 ? room * voxel() : 0;
@@ -63,7 +64,7 @@ bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcep
   const ContactFinder& other = heads_[which].finder;
   NonCuttingContacts& parts = heads_[which].smooth;
   const double far = heads_[which].reach;
-  if (!patch_.holds(X_VT.p, far + 1)) return false;
+  if (!patch_.covers(X_VT.p, far + 1)) return false;
   const double distance = sample_linear(patch_, X_VT.p);
   parts.forget();
   if (distance > far + 2 && parts.room(patch_, X_VT) > SearchParameters::contact_range) return true;

@@ -150,7 +150,7 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
-  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.holds(p.start, reach() + 1))) {
+  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.covers(p.start, reach() + 1))) {
     return false;
   }
   if (smooth().any() && smooth().room(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMostSeated) {
@@ -235,7 +235,7 @@ double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
 /// Moves the head towards the target by sphere tracing: a step is never longer than the distance to tissue.
 OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
   Step& p = step_;
-  if (!patch_.holds(p.c, reach() + 1)) {
+  if (!patch_.covers(p.c, reach() + 1)) {
     p.lost = true;
     return Advance::kArrived;
   }
@@ -250,7 +250,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
     return Advance::kArrived;
   }
   const dvec3 next = p.c + way * ((free - 1) / distance);
-  if (!patch_.holds(next, reach() + 1)) {
+  if (!patch_.covers(next, reach() + 1)) {
     p.lost = true;
     // The head moves to the border of the patch, so that the next patch is centred farther ahead. Otherwise a head for
     // which each step is longer than the patch would never advance.
@@ -467,7 +467,7 @@ void OffsetModel::follow_hand() noexcept {
   const dvec3 step = p.c - p.start;
   const double pace = (breaking_through_ ? P::free_slew : P::cut_slew) * p.pace_per_slew;
   p.c = p.start + largest_fraction(step, -p.shift, farthest(step, p.shift, pace)) * step;
-  p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
+  p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
 }
 
 /// Leads the proxy back if it is trapped, for example under an overhang or behind a ledge that remained after its own
@@ -538,7 +538,7 @@ bool OffsetModel::hand_has_left() const noexcept {
   if (length * voxel() > R::too_far) return true;
   for (double s = reach(); s < length; s += R::look_step) {
     const dvec3 x = p.c + way * (s / length);
-    if (patch_.holds(x, 1)) {
+    if (patch_.covers(x, 1)) {
       if (free_distance(x) > 1) return true;
       continue;
     }
@@ -547,7 +547,7 @@ bool OffsetModel::hand_has_left() const noexcept {
     // free space.
     const SurfacePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
-    if (!coarse.holds(x / every, 1)) return false;
+    if (!coarse.covers(x / every, 1)) return false;
     if (sample_linear(coarse, x / every) * every - reach() > every) return true;
   }
   return false;

@@ -37,6 +37,7 @@ constexpr double kLargestTravel = 1.0;  // spacings, centre to node
 constexpr double kLastStep = 0.02;      // spacings, last step of the search
 // voxels, finest spacing; then the packing is complete
 constexpr double kSmallestSpacing = 0.004;
+constexpr double kMaxPerVoxel = 64;  // spheres; the field does not resolve more
 
 /// Even over the sphere (Fibonacci lattice).
 template <std::size_t kCount>
@@ -246,6 +247,14 @@ class Packer {
     }
   }
 
+  bool has_depth(const glm::ivec3& cell) const {
+    for (int i = 0; i < kNodes; ++i) {
+      const glm::ivec3 node = kEdge * cell + glm::ivec3(i / 16, i / 4 % 4, i % 4);
+      if (field_.at(origin_ + spacing_ * dvec3(node)) > 0) return true;
+    }
+    return false;
+  }
+
   /// With all spheres so far.
   void make_grid(double spacing) {
     const double largest_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
@@ -267,7 +276,8 @@ class Packer {
       for (int y = 0; y < cells_.y; ++y) {
         for (int z = 0; z < cells_.z; ++z) {
           const dvec3 middle = origin_ + spacing_ * (dvec3(kEdge * glm::ivec3(x, y, z)) + 0.5 * (kEdge - 1));
-          if (field_.at(middle) < -1.2 * half_diagonal - 1) continue;
+          const double depth = field_.at(middle);
+          if (depth < -1.2 * half_diagonal - 1 || (depth <= 0 && !has_depth({x, y, z}))) continue;
           block_at_[static_cast<std::size_t>(cell({x, y, z}))] = static_cast<int>(blocks_.size());
           Block& block = blocks_.emplace_back();
           std::fill(block.free, block.free + kNodes, most);
@@ -412,6 +422,10 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
           ? options.max_radius
           : PackOptions::kDefaultMaxRadius * std::cbrt(3 * volume / (4 * kPi * static_cast<double>(options.spheres)));
   const double h = tissue.frame.voxel;
+  if (const double most = kMaxPerVoxel * volume / (h * h * h); static_cast<double>(options.spheres) > most) {
+    throw Error("packing", "spheres", fmt::format("{}", options.spheres),
+                fmt::format("at most {:.0f}, {} in each voxel of tissue", std::floor(most), kMaxPerVoxel));
+  }
   Packer packer(field, result.max_radius / h, options.seed);
   for (std::size_t i = 0; i < options.spheres; ++i) {
     if (options.progress && i % 1024 == 0) {

@@ -162,7 +162,9 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   set.creases_ = fine;
   const bool uncut = patch.cut_lo.x > patch.cut_hi.x ? patch.exact_outside
                                                      : is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p));
-  if (sphere_ && uncut && (find_by_offset(patch, X_VT.p, set) || find_in_crease(patch, X_VT.p, near, set))) return;
+  const bool held = !patch.whole || patch.holds(X_VT.p, 0);
+  if (sphere_ && uncut && held && (find_by_offset(patch, X_VT.p, set) || find_in_crease(patch, X_VT.p, near, set)))
+    return;
 
   const Found found = samples_->look_around(patch, X_VT, static_cast<float>(near), set.rough_);
   set.origin_ = X_VT.p;
@@ -209,6 +211,7 @@ void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& 
   const float within = samples_->cover_radius + static_cast<float>(near + kHalfDiagonal);
   for (const glm::vec3& point : samples_->cover) {
     const dvec3 x = X_VT.p + axes * dvec3(point);
+    if (patch.whole && !patch.holds(x, 0)) continue;
     const glm::ivec3 q = glm::ivec3(x + 0.5) - patch.lo;
     const float value = patch.distance[patch.at(q.x, q.y, q.z)];
     if (value >= within || (count == H::descents && value >= nearest[count - 1].value)) continue;

@@ -103,6 +103,7 @@ struct FlatField {
   const float* samples;  // address that the sample (0,0,0) would have; this sample may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
+  bool whole;          // samples of the head may lie outside, in air
 };
 
 TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
@@ -142,6 +143,11 @@ TYPODONT_INLINE void sample_eight(const FlatField& field, const F8& x, const F8&
   value = lo + u * gx;
   gy = ab + u * (de - ab);
   gz = gz0 + u * (gz1 - gz0);
+}
+
+TYPODONT_INLINE void keep_between(float lo, float hi, F8& x) {
+  x = x > lo ? x : F8{} + lo;
+  x = x < hi ? x : F8{} + hi;
 }
 
 /// Working data of the contact search: the samples in batches of eight, and the points that are moved from them to the
@@ -184,7 +190,12 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
       py = R[1] * tx + R[4] * ty + R[7] * tz;
       pz = R[2] * tx + R[5] * ty + R[8] * tz;
     }
-    const F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
+    F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
+    if (field.whole) {
+      keep_between(field.lo[0], field.hi[0], qx);
+      keep_between(field.lo[1], field.hi[1], qy);
+      keep_between(field.lo[2], field.hi[2], qz);
+    }
     // Skips batches that are far from tissue. A quick test reads the field at the voxel nearest to each sample; the
     // field changes by at most one per voxel.
     const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
@@ -453,13 +464,21 @@ Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, floa
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;
-  FlatField field{
-      patch.distance.data() + (from.x * sx + from.y * sy + from.z), static_cast<int>(sx), static_cast<int>(sy), {}, {}};
+  FlatField field{patch.distance.data() + (from.x * sx + from.y * sy + from.z),
+                  static_cast<int>(sx),
+                  static_cast<int>(sy),
+                  {},
+                  {},
+                  patch.whole};
   for (int i = 0; i < 3; ++i) {
     field.lo[i] = static_cast<float>(std::max(3 - from[i], 0));
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
+  // A head beyond a whole patch touches nothing, and its indices could overflow.
+  const int edge = 2 * (static_cast<int>(reach) + 8);
+  if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
+    return found;
   slide_to_surface(this, &head, &field, near, &planes, &found);
   return found;
 }

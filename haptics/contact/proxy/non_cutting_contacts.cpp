@@ -63,7 +63,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   double least = 1e300;
   for (double u = 0;;) {
     const dvec3 p = (from + u * axis) / static_cast<double>(every_);
-    if (!wide.holds(p, 0)) {
+    if (!wide.covers(p, 0)) {
       least = 0;
       break;
     }
@@ -90,7 +90,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
 
 void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
                               bool shank) noexcept {
-  if (!patch.holds(X.p, part.finder.reach() + 1)) return;
+  if (!patch.covers(X.p, part.finder.reach() + 1)) return;
   part.finder.find(patch, X, near, set_);
   if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
     part.finder.find_way_out(patch, X, set_);
@@ -149,7 +149,9 @@ void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& 
   for (double u = -half + first; u <= half; u += 0.7) {
     const dvec3 p = X.p + u * axis;
     const double around = sample_linear(patch, p);
-    if (around > widest + near + P::overestimate || around < 1.5 || !is_true_around(patch, p, around)) continue;
+    if (!patch.holds(p, 0) || around > widest + near + P::overestimate || around < 1.5 ||
+        !is_true_around(patch, p, around))
+      continue;
     const FieldSample field = sample_cubic(patch, p);
     const double slope = glm::length(field.gradient);
     if (std::abs(slope - 1) > 0.05) continue;

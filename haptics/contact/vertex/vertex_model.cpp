@@ -557,7 +557,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   }
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
-  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, done.removed, {}, in.spindle};
+  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed), {}, in.spindle};
   for (std::size_t t = 1; t < done.removed.size(); ++t) {
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }

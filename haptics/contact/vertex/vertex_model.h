@@ -214,6 +214,7 @@ class VertexModel final : public ContactModel {
     int rest = 0;           // number of ticks since the cut was finished
   } part_;
   RecentCuts<MadeCut> made_;
+  RisingCount count_;
 };
 
 }  // namespace typodont::haptics::vertex

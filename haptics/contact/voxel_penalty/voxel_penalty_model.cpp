@@ -57,7 +57,7 @@ double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
   // voxels to a corner (√3/2)
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
-  if (!patch_.holds(c, head().reach + 1)) return 0;
+  if (!patch_.covers(c, head().reach + 1)) return 0;
   const double room = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
   return std::max(0.0, room) * voxel();
 }
@@ -68,7 +68,7 @@ bool VoxelPenaltyModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) no
   for (const std::uint32_t which : {in_hand, tool}) {
     tool_ = which;
     const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
-    if (!patch_.holds(X_VT.p, head().reach + 1)) free = false;
+    if (!patch_.covers(X_VT.p, head().reach + 1)) free = false;
     if (free) probe(X_VT);
     free = free && count_ == 0;
   }
@@ -109,7 +109,7 @@ void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
   for (const HeadSample& sample : head().samples) {
     const dvec3 x = X_VT * sample.p_TQ;
     const glm::ivec3 at = glm::ivec3(glm::round(x));
-    if (!is_full(at)) continue;
+    if ((patch_.whole && !patch_.holds(x, 0)) || !is_full(at)) continue;
     const dvec3 n = X_VT.R * sample.n_T;
     const glm::ivec3 in_patch = at - patch_.lo;
     const Tissue tissue = shown(patch_.tissue[patch_.at(in_patch.x, in_patch.y, in_patch.z)]);
@@ -123,7 +123,7 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   out.gives_force = true;
   count_ = 0;
   const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
-  if (!patch_.holds(X_VT.p, head().reach + 1)) {
+  if (!patch_.covers(X_VT.p, head().reach + 1)) {
     out.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;

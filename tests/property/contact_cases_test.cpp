@@ -1,0 +1,114 @@
+// Scenes and hands on which a contact model was wrong once.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "engine/base/error.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::HeadShape;
+using haptics::ServoSettings;
+using test::HapticBench;
+using ::testing::HasSubstr;
+
+constexpr const char* kModels[] = {"offset", "voxel_penalty", R"({"packing": {"spheres": 2000}})", "mesh_lod",
+                                   "vertex"};
+
+std::string box(const char* size_mm, double voxel_mm, const char* more = "") {
+  return fmt::format(
+      R"({{"voxel_mm": {}, {} "solids": [{{"tissue": "enamel", "solid": {{"box": {{"size_mm": [{}]}}}}}}]}})", voxel_mm,
+      more, size_mm);
+}
+
+ServoSettings with_head(ServoSettings settings, HeadShape shape, double diameter, double length) {
+  settings.tool.shape = shape;
+  settings.tool.diameter = diameter, settings.tool.length = length;
+  return settings;
+}
+
+TEST(ContactCases, TheRemovedVolumeNeverFallsWhileNothingIsFilled) {
+  const std::string groove =
+      R"({"voxel_mm": 0.3, "solids": [{"tissue": "enamel", "solid": {"difference": [{"box": {"size_mm": [9, 9, 5]}},
+          {"box": {"center_mm": [0, 0, 2.5], "size_mm": [18, 1.5, 4]}}]}}]})";
+  const std::string shell =
+      R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"difference": [{"sphere": {"radius_mm": 2.5}},
+          {"sphere": {"radius_mm": 2.1}}]}}]})";
+  const std::pair<std::string, HeadShape> scenes[] = {{groove, HeadShape::kRoundEndCylinder},
+                                                      {shell, HeadShape::kSphere}};
+  MaterialTable soft = test::plain_materials();
+  soft[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy = 0.5e9;
+  for (const char* model : {"offset", "voxel_penalty", "mesh_lod", "vertex"}) {
+    for (const auto& [tissue, shape] : scenes) {
+      const double length = shape == HeadShape::kSphere ? 2.0_mm : 5.0_mm;
+      HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue, "tissue"))),
+                        with_head(test::drill_settings(model), shape, 2.0_mm, length), soft);
+      const double top = bench.settings.tool.half() + 2.6_mm;
+      PerTissue before{};
+      for (int i = 0; i < 1500; ++i) {
+        const double a = 0.004 * i;
+        bench.tick({{1.5_mm * std::sin(a), 1.0_mm * std::sin(1.7 * a), top - 1.0_mm * std::sin(0.3 * a)}}, 1);
+        for (std::size_t t = 1; t < before.size(); ++t) {
+          ASSERT_GE(bench.last.removed[t], before[t]) << model << ", tick " << i;
+        }
+        before = bench.last.removed;
+      }
+      EXPECT_GT(total(before), 0) << model;
+    }
+  }
+}
+
+TEST(ContactCases, MemoryFollowsTheTissueUnderALargeHead) {
+  for (const char* model : {"offset", "voxel_penalty"}) {
+    ServoSettings settings = with_head(test::probe_settings(model), HeadShape::kCylinder, 5.0_mm, 20.0_mm);
+    settings.passivity = false;
+    HapticBench bench(box("1, 1, 0.6", 0.04), settings);
+    EXPECT_LT(bench.empty_patch().n, 128);
+    // The flat end, and then the side, on the top.
+    for (const bool lies : {false, true}) {
+      const dquat R = lies ? glm::angleAxis(kPi / 2, dvec3(1, 0, 0)) : dquat(1, 0, 0, 0);
+      const double at_top = (lies ? 2.5_mm : 10.0_mm) + 0.3_mm;
+      for (double z = 30.0_mm; z > at_top + 1.0_mm; z -= 0.5_mm) bench.tick({{0, 0, z}, R});
+      for (double z = at_top + 0.1_mm; z > at_top - 0.2_mm; z -= 5e-6) bench.tick({{0, 0, z}, R});
+      for (int i = 0; i < 60; ++i) bench.tick({{0, 0, at_top - 0.2_mm}, R});
+      if (std::string_view(model) == "offset") {  // the springs of voxel_penalty are farther apart than 1 mm
+        EXPECT_NEAR(bench.last.f_T_W.z, 0.2, 1e-3);
+        EXPECT_LT(std::hypot(bench.last.f_T_W.x, bench.last.f_T_W.y), 1e-4);
+        EXPECT_NEAR(bench.last.X_WG.p.z, at_top, 1e-6);
+      }
+      for (double z = at_top; z < 30.0_mm; z += 0.5_mm) bench.tick({{0, 0, z}, R});
+      EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+      EXPECT_EQ(bench.last.faults, 0u);
+    }
+  }
+}
+
+TEST(ContactCases, ASceneThatNeedsTooMuchMemoryIsRefusedWithTheKey) {
+  try {
+    HapticBench bench(box("31, 0.3, 0.3", 0.05, "\"band_mm\": 0.2,"),
+                      with_head(test::probe_settings("offset"), HeadShape::kCylinder, 10.0_mm, 34.0_mm));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("voxel_mm: found 0.05 mm with a head of 10 x 34 mm, which needs 5.4 GB"));
+    EXPECT_THAT(error.what(), HasSubstr("expected at least 0.079 mm, or a smaller head"));
+  }
+}
+
+TEST(ContactCases, APackingFinerThanItsVoxelsIsRefusedWithItsLimit) {
+  try {
+    HapticBench bench(box("0.3, 0.3, 0.72", 0.3), test::probe_settings(R"({"packing": {"spheres": 2000}})"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("packing: spheres: found 2000, expected at most 153, 64 in each voxel of tissue"));
+  }
+}
+
+}  // namespace
+}  // namespace typodont
