@@ -6,24 +6,31 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 #include <system_error>
 #include <thread>
 #include <vector>
 
 namespace typodont {
 
-/// Calls each(i) for 0 <= i < count on up to `most_threads` threads, and returns when all calls have returned. A thread
+/// Work ended by a request.
+struct Stopped {};
+
+/// Calls each(i) for 0 <= i < count on up to `max_threads` threads, and returns when all calls have returned. A thread
 /// takes `block` calls at a time. If the system grants fewer threads, the others do all the work. If a call throws, no
-/// further calls begin, and its exception is thrown here. Any thread.
+/// further calls begin, and its exception is thrown here. Throws Stopped if `stop` was requested. Any thread.
 template <class Each>
-void in_parallel(std::size_t count, const Each& each, std::size_t block = 32, std::size_t most_threads = 4) {
+void in_parallel(std::size_t count, const Each& each, const std::stop_token& stop = {}, std::size_t block = 32,
+                 std::size_t max_threads = 4) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::once_flag failed;
   const auto work = [&]() noexcept {
     try {
-      for (std::size_t first = next.fetch_add(block); first < count; first = next.fetch_add(block))
+      for (std::size_t first = next.fetch_add(block); first < count; first = next.fetch_add(block)) {
+        if (stop.stop_requested()) throw Stopped();
         for (std::size_t i = first; i < std::min(first + block, count); ++i) each(i);
+      }
     } catch (...) {
       std::call_once(failed, [&] { failure = std::current_exception(); });
       next = count;
@@ -31,7 +38,7 @@ void in_parallel(std::size_t count, const Each& each, std::size_t block = 32, st
   };
   // no more threads than blocks, because a thread without work still takes time to start
   const std::size_t blocks = (count + block - 1) / block;
-  const std::size_t threads = std::min({most_threads, std::size_t{std::thread::hardware_concurrency()}, blocks});
+  const std::size_t threads = std::min({max_threads, std::size_t{std::thread::hardware_concurrency()}, blocks});
   {
     std::vector<std::jthread> others;
     try {

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "engine/base/pose.h"
@@ -60,8 +61,9 @@ class LightScene {
  public:
   /// Rays from samples near triangles, or from the cache. `box`: m, W; `spacing`: m. `tissue_mirrors`: mirrored light
   /// at each sample beside tissue, otherwise beside metal and at every second sample. Several threads; equal arguments,
-  /// equal results.
-  LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors = false);
+  /// equal results. After a request to `stop`, this and light() throw Stopped (engine/base/in_parallel.h).
+  LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors = false,
+             std::stop_token stop = {});
   ~LightScene();
   LightScene(LightScene&&) noexcept;
   LightScene& operator=(LightScene&&) noexcept;

@@ -135,6 +135,7 @@ struct TissueLight::Impl {
   int walks = 0;                // random walks from each cell at a surface
   glm::vec3 origin{0};
   std::array<Look, kMatterCount> looks;
+  std::stop_token stop;
   LightSources sources;
   LightGrid far;
 
@@ -195,8 +196,9 @@ struct TissueLight::Impl {
     return {glm::max(box.lo - by, glm::ivec3(0)), glm::min(box.hi + by, grid.size - 1)};
   }
 
-  Impl(const BoxInWorld& box, double cell, int walks_of, const std::array<Look, kMatterCount>& looks_of)
-      : walks(walks_of), looks(looks_of) {
+  Impl(const BoxInWorld& box, double cell, int walks_of, const std::array<Look, kMatterCount>& looks_of,
+       std::stop_token stop_of)
+      : walks(walks_of), looks(looks_of), stop(std::move(stop_of)) {
     grid.origin = box.lo, grid.spacing = cell;
     grid.size = glm::ivec3(glm::ceil((box.hi - box.lo) / cell)) + 1;
     spacing = static_cast<float>(cell), band = std::max(kBand, kLeastBand * spacing), origin = glm::vec3(box.lo);
@@ -253,7 +255,7 @@ struct TissueLight::Impl {
       for (const LitTriangle* const t : slabs[slab]) measure_triangle(*t, layers, result);
     };
     if (slabs.size() > 4)
-      in_parallel(slabs.size(), measure_slab, 1);
+      in_parallel(slabs.size(), measure_slab, stop, 1);
     else
       for (std::size_t slab = 0; slab < slabs.size(); ++slab) measure_slab(slab);
     each_cell(box, [&](const glm::ivec3& i) {
@@ -719,14 +721,19 @@ struct TissueLight::Impl {
     const auto of_each = static_cast<std::size_t>(walks);
     std::vector<Exit> exits(count * of_each);
     std::vector<glm::vec3> outer(count), next(count);
-    in_parallel(count, [&](std::size_t i) {
-      outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
-      if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * of_each]);
-    });
+    in_parallel(
+        count,
+        [&](std::size_t i) {
+          outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
+          if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * of_each]);
+        },
+        stop);
     for (int bounce = 0; bounce <= kBounces; ++bounce) {
-      in_parallel(count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * of_each]); });
+      in_parallel(
+          count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * of_each]); }, stop);
       if (bounce == kBounces) break;
-      in_parallel(count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); });
+      in_parallel(
+          count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); }, stop);
       for (std::size_t i = 0; i < count; ++i) elements[i].arrives = next[i];
     }
   }
@@ -846,7 +853,8 @@ struct TissueLight::Impl {
     };
     constexpr std::size_t kMany = 10'000;  // fewer cells take less time than starting other threads
     if (cells.size() > kMany)
-      in_parallel(cells.size(), [&](std::size_t k) { smooth(cells[k]); });
+      in_parallel(
+          cells.size(), [&](std::size_t k) { smooth(cells[k]); }, stop);
     else
       for (const std::size_t at : cells) smooth(at);
     for (const std::size_t at : cells) {
@@ -864,8 +872,9 @@ struct TissueLight::Impl {
   }
 };
 
-TissueLight::TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks)
-    : impl_(std::make_unique<Impl>(box, spacing, walks, looks)) {}
+TissueLight::TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks,
+                         std::stop_token stop)
+    : impl_(std::make_unique<Impl>(box, spacing, walks, looks, std::move(stop))) {}
 TissueLight::~TissueLight() = default;
 TissueLight::TissueLight(TissueLight&&) noexcept = default;
 TissueLight& TissueLight::operator=(TissueLight&&) noexcept = default;

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "engine/render/light_scene.h"
@@ -21,8 +22,10 @@ float scattering_albedo(float reflectance);
 /// One thread at a time; equal calls, equal results.
 class TissueLight {
  public:
-  /// `box`: m, W; `spacing`: m; `walks`: per cell beside a surface.
-  TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks);
+  /// `box`: m, W; `spacing`: m; `walks`: per cell beside a surface. After a request to `stop`, light() throws Stopped
+  /// (engine/base/in_parallel.h).
+  TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks,
+              std::stop_token stop = {});
   ~TissueLight();
   TissueLight(TissueLight&&) noexcept;
   TissueLight& operator=(TissueLight&&) noexcept;

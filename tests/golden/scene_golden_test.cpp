@@ -2,7 +2,10 @@
 // once. The tolerance is a difference that a person would see, as in render_golden_test.cpp.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
+#include <memory>
+#include <thread>
 
 #include "engine/app/assets.h"
 #include "engine/app/picture/picture_stage.h"
@@ -110,6 +113,38 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
     }
   EXPECT_GT(shown, 20000);
   EXPECT_LT(other, shown / 40);  // samples of a pixel are not mirrored: outlines differ a little
+}
+
+TEST(MouthLight, OfTheBackgroundArrivesAfterTheFirstPictureWhichThenEqualsThatOfAWaitingStage) {
+  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  haptics::TissueVolume volume = load_tissue(scene);
+  const Surroundings around = make_surroundings(scene.surroundings);
+  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
+  rig.screen.pixels = {640, 256};
+  TissueView view;
+  const std::vector<render::MeshUpdate> tooth = view.update(volume);
+  World world(scene);
+  const auto stage_with = [&](MouthLight::When light) {
+    PictureStage::Options options;
+    options.hud = false;
+    options.quality = render::kQualityLadder[3];
+    options.light = light;
+    auto stage = std::make_unique<PictureStage>(rig, scene.servo, options);
+    stage->surround(around);
+    stage->show(tooth, volume.frame().origin);
+    return stage;
+  };
+  const auto picture = [&](PictureStage& stage) {
+    stage.draw(world);
+    return stage.eye(0).rgba;
+  };
+  const auto quick = stage_with(MouthLight::When::kInBackground);
+  const std::vector<std::uint8_t> first = picture(*quick);
+  quick->show(tooth, volume.frame().origin);                 // while the light is computed
+  stage_with(MouthLight::When::kInBackground)->draw(world);  // ends at once with its stage
+  const std::vector<std::uint8_t> lit = picture(*stage_with(MouthLight::When::kAtOnce));
+  EXPECT_NE(first, lit);
+  while (picture(*quick) != lit) std::this_thread::sleep_for(std::chrono::milliseconds(10));
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ void LivePicture::make(gpu::Device* device) {
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
+  look.light = MouthLight::When::kInBackground;
   look.monitor = options_.monitor;
   look.language = options_.language;
   look.quality = ladder_.step();
@@ -240,6 +241,7 @@ void LivePicture::draw_own(WorkCounts& work) {
     look.hud = false;
     look.chips_on_gpu = false;
     look.cursor = options_.cursor;
+    look.light = MouthLight::When::kInBackground;
     look.device = options_.device;
     look.quality = ladder_.step();
     look.handpieces = scene_.handpieces;

@@ -21,9 +21,6 @@ constexpr std::string_view kDiamond =
     "80";                            // first digits of the ISO 6360 codes 801 to 807: galvanically bonded diamond
 constexpr double kPrecision = 1e-6;  // m, largest distance of a drawn outline from the meridian
 
-// number of cells whose light inside tissue is computed again before a frame, after a cut
-constexpr int kRefreshed = 40;
-
 /// Returns points (radius, z) of a part's outline from the free end to the shank end, m. It is the meridian that has
 /// contact; straight lines between the points are at most `error` (m) from it.
 std::vector<glm::dvec2> outline(const haptics::Tool& part, double error) {
@@ -102,17 +99,6 @@ double neck_radius(const haptics::Tool& tool) {
   if (tool.shank_length > 0) return tool.neck_diameter / 2;
   if (tool.implant && tool.implant->kind != haptics::ImplantToolKind::kRound) return std::min(kWidestDriver, r);
   return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2e-4));
-}
-
-/// Returns true if the lamps have the same strength and almost the same directions (within 0.5°). Then the light that
-/// bodies reflect to each other need not be computed again.
-bool same_light(const render::Lights& a, const render::Lights& b) {
-  const double near = std::cos(0.5 * kDegree);
-  const auto close = [&](const dvec3& p, const dvec3& q) {
-    return glm::dot(glm::normalize(p), glm::normalize(q)) > near;
-  };
-  return close(a.key, b.key) && close(a.up, b.up) && close(toward_window(a), toward_window(b)) &&
-         a.key_strength == b.key_strength && a.ambient == b.ambient;
 }
 
 }  // namespace
@@ -245,8 +231,7 @@ PictureStage::~PictureStage() {
 }
 
 void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
-  if (!tooth_known_) render::append_triangles(tooth_, bricks, origin, render::appearances_of(servo_.materials));
-  if (tissue_light_) tissue_light_->put(bricks, origin);
+  if (light_) light_->put(bricks, origin);
   renderer_->update(render::kWorkingTooth, bricks);
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
@@ -282,51 +267,13 @@ void surround(render::Renderer& renderer, const Surroundings& around, bool coars
 }
 
 void PictureStage::surround(const Surroundings& around) {
+  light_.reset();
   around_ = around;
   coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
   typodont::surround(*renderer_, around_, coarse_around_);
   shown_.gum_at_rest();
-  light_scene_.reset();
-  tissue_light_.reset();
-  const render::Quality& quality = options_.quality;
-  if (around_.lit) {
-    tissue_light_.emplace(*around_.lit, quality.light_cell, quality.light_walks,
-                          render::appearances_of(servo_.materials));
-  }
+  if (around_.lit) light_.emplace(around_, options_.quality, render::appearances_of(servo_.materials), options_.light);
   renderer_->set_light({}, {});
-}
-
-/// Computes the light that the bodies of a mouth reflect to each other and that travels inside them, in the first
-/// frame, and again after the lamp has moved. When the working tooth is cut, the light inside tissue follows; the light
-/// between bodies stays the same.
-void PictureStage::follow_light(const render::Lights& lights) {
-  constexpr double kSpacing = 1.25e-3;  // m, distance between two points at which the light is computed
-  tooth_known_ = true;
-  if (!around_.lit) return;
-  if (light_scene_ && same_light(lights, lit_by_)) {
-    const render::CellBox changed = tissue_light_->refresh(kRefreshed);
-    if (!changed.empty()) renderer_->update_tissue_light(tissue_light_->grid().values, changed);
-    return;
-  }
-  if (!light_scene_) {
-    const auto looks = render::appearances_of(servo_.materials);
-    std::vector<render::LitTriangle> triangles = tooth_;
-    for (const SurroundingMesh& mesh : around_.meshes) {
-      std::vector<render::LitTriangle> body;
-      render::append_triangles(body, mesh.bricks, mesh.origin, looks);
-      triangles.insert(triangles.end(), body.begin(), body.end());
-      const bool empty = mesh.bricks.empty() || mesh.bricks.front().vertices.empty();
-      const Tissue outer = empty ? Tissue::kAir : mesh.bricks.front().vertices.front().tissue[0];
-      const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
-      tissue_light_->add_fixed(std::move(body), hard);
-    }
-    light_scene_.emplace(std::move(triangles), *around_.lit, kSpacing, options_.quality.tissue_mirrors);
-  }
-  const render::LightSources sources = render::sources_of(lights);
-  const render::LightGrid grid = light_scene_->light(sources);
-  tissue_light_->light(sources, grid);
-  renderer_->set_light(grid, tissue_light_->grid());
-  lit_by_ = lights;
 }
 
 void add_held(const World& world, const Look& look, render::Frame& frame) {
@@ -469,7 +416,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   follow_size();
   follow_head();
   render::Frame frame = look();
-  follow_light(frame.lights);
+  if (light_) light_->follow(frame.lights, *renderer_);
   frame.view = view_;
   frame.section = section_;
   frame.particles = spheres_;

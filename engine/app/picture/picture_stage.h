@@ -9,6 +9,7 @@
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/film_picture.h"
 #include "engine/app/picture/look.h"
+#include "engine/app/picture/mouth_light.h"
 #include "engine/app/picture/world.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
@@ -17,11 +18,9 @@
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
-#include "engine/render/light_scene.h"
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
 #include "engine/render/sight.h"
-#include "engine/render/tissue_light.h"
 #include "engine/session/strings.h"
 #include "haptics/servo.h"
 
@@ -97,6 +96,7 @@ class PictureStage {
     bool chips_on_gpu = true;                                  // false: another picture of the same device moves them
     /// true: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there
     bool cursor = false;
+    MouthLight::When light = MouthLight::When::kAtOnce;
     double force_limit = 3;  // N, force at the end of the force bar
     HandpieceView handpieces;
   };
@@ -185,7 +185,6 @@ class PictureStage {
   void follow_size();
   void follow_head();
   void follow_pixels(double pixel);
-  void follow_light(const render::Lights& lights);
   /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the drawn particles.
   void add_cursor(const haptics::Tool& tool, const Pose& X_WG, render::Frame& frame);
 
@@ -210,12 +209,7 @@ class PictureStage {
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
-  std::vector<render::LitTriangle> tooth_;  // triangles of the working tooth as it was in the first frame
-  bool tooth_known_ = false;                // true after the first frame, when `tooth_` is filled
-  // Light that bodies reflect to each other, and the lamps for which it was computed. Used only in scenes with a mouth.
-  std::optional<render::LightScene> light_scene_;
-  std::optional<render::TissueLight> tissue_light_;
-  render::Lights lit_by_;
+  std::optional<MouthLight> light_;  // only in scenes with a mouth
   bool coarse_around_ = false;
   ShownWorld shown_;
   MouthMirror mirror_;

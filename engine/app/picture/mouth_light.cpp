@@ -1,0 +1,123 @@
+#include "engine/app/picture/mouth_light.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "engine/base/in_parallel.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kSpacing = 1.25e-3;  // m, of the light between bodies
+constexpr int kRefreshed = 40;        // cells of the light inside tissue per frame
+constexpr int kNice = 5;              // of the worker: pictures first
+
+/// Same strength, and directions within 0.5°.
+bool same_light(const render::Lights& a, const render::Lights& b) {
+  const double near = std::cos(0.5 * kDegree);
+  const auto close = [&](const dvec3& p, const dvec3& q) {
+    return glm::dot(glm::normalize(p), glm::normalize(q)) > near;
+  };
+  return close(a.key, b.key) && close(a.up, b.up) && close(toward_window(a), toward_window(b)) &&
+         a.key_strength == b.key_strength && a.ambient == b.ambient;
+}
+
+}  // namespace
+
+MouthLight::MouthLight(const Surroundings& around, const render::Quality& quality,
+                       const std::array<render::Look, render::kMatterCount>& looks, When when)
+    : around_(around),
+      looks_(looks),
+      tissue_mirrors_(quality.tissue_mirrors),
+      when_(when),
+      tissue_(*around.lit, quality.light_cell, quality.light_walks, looks, stop_.get_token()) {}
+
+MouthLight::~MouthLight() {
+  stop_.request_stop();
+}
+
+void MouthLight::put(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  if (!tooth_known_) render::append_triangles(tooth_, bricks, origin, looks_);
+  if (worker_.joinable())
+    waiting_.push_back({{bricks.begin(), bricks.end()}, origin});
+  else
+    tissue_.put(bricks, origin);
+}
+
+void MouthLight::compute(const render::LightSources& sources) {
+  if (!bodies_) {
+    std::vector<render::LitTriangle> triangles = std::move(tooth_);
+    for (const SurroundingMesh& mesh : around_.meshes) {
+      std::vector<render::LitTriangle> body;
+      render::append_triangles(body, mesh.bricks, mesh.origin, looks_);
+      triangles.insert(triangles.end(), body.begin(), body.end());
+      const bool empty = mesh.bricks.empty() || mesh.bricks.front().vertices.empty();
+      const Tissue outer = empty ? Tissue::kAir : mesh.bricks.front().vertices.front().tissue[0];
+      const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
+      tissue_.add_fixed(std::move(body), hard);
+    }
+    bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, tissue_mirrors_, stop_.get_token());
+  }
+  grid_ = bodies_->light(sources);
+  tissue_.light(sources, grid_);
+}
+
+void MouthLight::start(const render::LightSources& sources) {
+  done_ = false;
+  const auto work = [this, sources] {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+    try {
+      compute(sources);
+    } catch (const Stopped&) {
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    done_.store(true, std::memory_order_release);
+  };
+  try {
+    worker_ = std::jthread(work);
+  } catch (const std::system_error&) {  // no thread left
+    compute(sources);
+    done_ = true;
+  }
+}
+
+/// Hands finished light over. Returns false while the worker works.
+bool MouthLight::computed(render::Renderer& renderer) {
+  if (!done_.load(std::memory_order_acquire)) return false;
+  if (worker_.joinable()) worker_.join();
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  renderer.set_light(grid_, tissue_.grid());
+  grid_ = {};
+  for (const Put& put : std::exchange(waiting_, {})) tissue_.put(put.bricks, put.origin);
+  done_ = false;
+  return true;
+}
+
+void MouthLight::follow(const render::Lights& lights, render::Renderer& renderer) {
+  tooth_known_ = true;
+  if (worker_.joinable() && !computed(renderer)) return;
+  if (lit_by_ && same_light(lights, *lit_by_)) {
+    const render::CellBox changed = tissue_.refresh(kRefreshed);
+    if (!changed.empty()) renderer.update_tissue_light(tissue_.grid().values, changed);
+    return;
+  }
+  lit_by_ = lights;
+  const render::LightSources sources = render::sources_of(lights);
+  if (when_ == When::kInBackground) {
+    start(sources);
+    return;
+  }
+  compute(sources);
+  done_ = true;
+  computed(renderer);
+}
+
+}  // namespace typodont

@@ -1,0 +1,66 @@
+// Light that the bodies of a mouth reflect to each other, and light inside its tissue, for one renderer. Render thread.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/render/light_scene.h"
+#include "engine/render/quality.h"
+#include "engine/render/renderer.h"
+#include "engine/render/tissue_light.h"
+
+namespace typodont {
+
+class MouthLight {
+ public:
+  /// kInBackground: pictures are drawn without this light, or with the older one, until it is computed.
+  enum class When : std::uint8_t { kAtOnce, kInBackground };
+  /// `around`, with a box `lit`: stays as it is until the end of this.
+  MouthLight(const Surroundings& around, const render::Quality& quality,
+             const std::array<render::Look, render::kMatterCount>& looks, When when);
+  ~MouthLight();
+  MouthLight(const MouthLight&) = delete;
+  MouthLight& operator=(const MouthLight&) = delete;
+
+  /// Changed bricks of the working tooth. `origin`: m, frame W.
+  void put(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+  /// Before each frame. Follows the lamps, and cuts of the working tooth. The light between bodies is that of the tooth
+  /// at the first call.
+  void follow(const render::Lights& lights, render::Renderer& renderer);
+
+ private:
+  void compute(const render::LightSources& sources);
+  void start(const render::LightSources& sources);
+  bool computed(render::Renderer& renderer);
+
+  const Surroundings& around_;
+  const std::array<render::Look, render::kMatterCount> looks_;
+  const bool tissue_mirrors_;
+  const When when_;
+  std::stop_source stop_;
+  std::vector<render::LitTriangle> tooth_;  // at the first frame
+  bool tooth_known_ = false;
+  std::optional<render::Lights> lit_by_;
+  // Of the worker from start() until `done_`.
+  render::TissueLight tissue_;
+  std::optional<render::LightScene> bodies_;
+  render::LightGrid grid_;
+  std::exception_ptr failure_;
+  std::atomic<bool> done_{false};
+  std::jthread worker_;
+  struct Put {
+    std::vector<render::MeshUpdate> bricks;
+    dvec3 origin;
+  };
+  std::vector<Put> waiting_;  // while the worker works
+};
+
+}  // namespace typodont
