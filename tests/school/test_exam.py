@@ -107,7 +107,7 @@ class Exams(TestCase):
 
         kinds = ("flipped byte", "truncated", "edited", "edited by the bench", "another trainee", "the seed in another recording", "no signature",
                  "swapped signature", "signed elsewhere")
-        for number in range(int(36 * STRESS)):
+        for number in range(int(18 * STRESS)):
             kind = kinds[number % len(kinds)]
             file, signature = forge(kind, number)
             session = self.room.judged(file, signature)

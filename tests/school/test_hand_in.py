@@ -4,9 +4,16 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
+import socket
+import subprocess
+import sys
 import tempfile
 import threading
+import time
+import urllib.parse
+import urllib.request
 from datetime import timedelta
 from unittest import mock
 
@@ -251,3 +258,65 @@ class Hostile(TestCase):
         intake.process_waiting()
         session.refresh_from_db()
         self.assertEqual(session.state, "accepted")
+
+
+class Started(TestCase):
+    """The service as a process, started by its one command, and the bench's command."""
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.address = f"http://127.0.0.1:{free.getsockname()[1]}"
+        self.environment = {**os.environ, "PYTHONPATH": str(intake.settings.TREE / "engine/school"), "PYTHONUNBUFFERED": "1",
+                            "TYPODONT_SCHOOL_DATA": str(self.folder / "data"), "TYPODONT_SCHOOL_ADDRESS": self.address,
+                            "TYPODONT_SCHOOL_TOKEN_FILE": str(self.folder / "token")}
+        self.browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+
+    def start(self):
+        """Returns the process and what it said until it listens."""
+        process = subprocess.Popen([sys.executable, "-m", "typodont_school"], env=self.environment, stdout=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        said = ""
+        while "typodont-school:" not in said:
+            line = process.stdout.readline()
+            self.assertTrue(line, "ended: " + said)
+            said += line
+        while True:
+            try:
+                self.get("/sign-in")
+                return process, said
+            except OSError:
+                self.assertIsNone(process.poll())
+
+    def get(self, path, **form):
+        data = urllib.parse.urlencode(form).encode() if form else None
+        with self.browser.open(self.address + path, data) as answer:
+            return answer.read().decode()
+
+    def post(self, path, page, **form):
+        token = re.search(r'csrfmiddlewaretoken" value="(\w+)"', self.get(page))[1]
+        return self.get(path, csrfmiddlewaretoken=token, **form)
+
+    def test_one_command_starts_it_and_a_kill_at_any_point_loses_nothing(self):
+        server, said = self.start()
+        self.post("/sign-in", "/sign-in", username="admin", password=re.search(r"password (\S+),", said)[1])
+        shown = self.post("/administration/bench", "/administration", name="bench 1")
+        (self.folder / "token").write_text(re.search(r"<pre[^>]*>(\S+)</pre>", shown)[1])
+        recordings = self.folder / "recordings"
+        recordings.mkdir()
+        for number in range(3):
+            shutil.copy(record(f"hand{number}", "nobody", number), recordings)
+        bench = [sys.executable, intake.settings.TREE / "engine/school/typodont_school/hand_in.py", recordings, "once"]
+        sent = subprocess.Popen(bench, env=self.environment, stdout=subprocess.PIPE, text=True)
+        sent.stdout.readline()  # one is handed in; the next is on its way
+        server.kill()
+        server.wait()
+        sent.communicate()
+        server, _ = self.start()
+        self.assertEqual(subprocess.run(bench, env=self.environment, capture_output=True).returncode, 0)
+        while (page := self.get("/administration")).count("state accepted") < 3:  # checked by the service itself
+            self.assertNotIn("state refused", page)
+            self.assertIsNone(server.poll())
+            time.sleep(0.2)

@@ -250,8 +250,9 @@ class Exports(TestCase):
 
     def test_titles_of_scores_are_the_programs(self):
         source = (views.settings.TREE / "engine/session/strings.cpp").read_text()
-        theirs = {name: titles for name, *titles in re.findall(r'\{"score\.(\w+)",\s*\{"([^"]*)",\s*"([^"]*)",\s*"([^"]*)"\}\}', source)}
-        self.assertEqual({name: list(titles) for name, titles in score_words.ITEMS.items()}, theirs)
+        for kind, ours in ((r"score\.(\w+)", score_words.ITEMS), (r"place\.(\w+\.\w+)", score_words.PLACES)):
+            theirs = re.findall(r'\{"%s",\s*\{"([^"]*)",\s*"([^"]*)",\s*"([^"]*)"\}\}' % kind, source)
+            self.assertEqual(ours, {name: tuple(titles) for name, *titles in theirs})
 
     def test_every_text_exists_in_three_languages(self):
         for key, texts in words.TEXTS.items():

@@ -214,7 +214,7 @@ def item_of(session, item):
     place = item.get("worst_at") or {}
     return ScoreItem(session=session, name=item["name"][:60], value=item.get("value"), unit=item.get("unit", "")[:20],
                      target=item.get("target"), points=item["points"], full=item["full"],
-                     place=" ".join(filter(None, (place.get(k, "") for k in ("part", "side", "third"))))[:60])
+                     place=" ".join(f"{key}.{place[key]}" for key in ("part", "side", "third") if place.get(key))[:60])
 
 
 def process_waiting():

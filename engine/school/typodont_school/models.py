@@ -60,7 +60,7 @@ class Session(models.Model):
     received = models.DateTimeField(default=timezone.now)
     bench_date = models.CharField(max_length=40, blank=True)  # the bench's clock may be wrong
     signature = models.CharField(max_length=300, blank=True)
-    state = models.CharField(max_length=10, default=WAITING, db_index=True)
+    state = models.CharField(max_length=10, default=WAITING)
     reason = models.CharField(max_length=300, blank=True)
     student = models.ForeignKey(Student, models.CASCADE, null=True)
     exercise = models.ForeignKey(Exercise, models.PROTECT, null=True)
@@ -76,8 +76,8 @@ class Session(models.Model):
     force_hash = models.CharField(max_length=16, blank=True, db_index=True)
 
     class Meta:
-        indexes = [models.Index(fields=["student", "exercise", "attempt"]), models.Index(fields=["exercise", "received"]),
-                   models.Index(fields=["student", "received"])]
+        indexes = [models.Index(fields=["student", "exercise", "attempt"]), models.Index(fields=["student", "received"]),
+                   models.Index(fields=["received"], condition=models.Q(state="waiting"), name="waiting_sessions")]
 
 
 class ScoreItem(models.Model):
@@ -88,7 +88,7 @@ class ScoreItem(models.Model):
     target = models.FloatField(null=True)
     points = models.FloatField()
     full = models.FloatField()
-    place = models.CharField(max_length=60, blank=True)  # part, side and third of the largest deviation
+    place = models.CharField(max_length=60, blank=True)  # of the largest deviation: part.wall side.lingual third.middle
 
 
 class Remark(models.Model):

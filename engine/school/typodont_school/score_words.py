@@ -1,4 +1,4 @@
-"""Titles of score items, as in the program's catalogue (`engine/session/strings.cpp`); a test compares them."""
+"""Titles of score items and words for places, as in the program's catalogue (`engine/session/strings.cpp`); a test compares them."""
 ITEMS = {
     "residual_caries_mm3": ("Residual caries, volume", "Restkaries, Volumen", "残余龋坏体积"),
     "residual_caries_percent": ("Residual caries, share", "Restkaries, Anteil", "残余龋坏比例"),
@@ -49,4 +49,23 @@ ITEMS = {
     "contact_time_s": ("Time in contact", "Zeit mit Kontakt", "接触时间"),
     "strokes": ("Strokes", "Züge", "操作次数"),
     "tremor_rms_um": ("Tremor (above 5 Hz, rms)", "Tremor (über 5 Hz, Effektivwert)", "震颤（5 Hz 以上，均方根）"),
+}
+PLACES = {
+    "part.floor": ("floor", "Boden", "洞底"),
+    "part.wall": ("wall", "Wand", "洞壁"),
+    "part.occlusal": ("occlusal surface", "Okklusalfläche", "咬合面"),
+    "part.axial": ("axial wall", "axiale Wand", "轴壁"),
+    "part.shoulder": ("shoulder", "Stufe", "肩台"),
+    "side.mesial": ("mesial", "mesial", "近中"),
+    "side.mesiobuccal": ("mesiobuccal", "mesiobukkal", "近中颊侧"),
+    "side.buccal": ("buccal", "bukkal", "颊侧"),
+    "side.distobuccal": ("distobuccal", "distobukkal", "远中颊侧"),
+    "side.distal": ("distal", "distal", "远中"),
+    "side.distolingual": ("distolingual", "distolingual", "远中舌侧"),
+    "side.lingual": ("lingual", "lingual", "舌侧"),
+    "side.mesiolingual": ("mesiolingual", "mesiolingual", "近中舌侧"),
+    "side.central": ("central", "zentral", "中央"),
+    "third.occlusal": ("occlusal third", "okklusales Drittel", "咬合侧三分之一"),
+    "third.middle": ("middle third", "mittleres Drittel", "中三分之一"),
+    "third.cervical": ("cervical third", "zervikales Drittel", "颈侧三分之一"),
 }

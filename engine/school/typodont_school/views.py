@@ -15,7 +15,7 @@ from django.contrib import auth
 from django.contrib.auth import password_validation, update_session_auth_hash
 from django.core.exceptions import ValidationError
 from django.db import transaction
-from django.db.models import Avg, Count, Max
+from django.db.models import Avg, Count, OuterRef, Subquery
 from django.http import FileResponse, HttpResponse, JsonResponse
 from django.shortcuts import redirect, render
 from django.utils import timezone
@@ -113,10 +113,10 @@ def classes(request):
     month = timezone.now() - timedelta(days=30)
     rows = visible(request.user, Class).order_by("name").select_related("school")
     for row in rows:
-        of_class = Session.objects.filter(student__classes=row, state=Session.ACCEPTED)
-        row.size = row.students.count()
-        row.last = of_class.aggregate(last=Max("received"))["last"]
-        recent = of_class.filter(received__gt=month, points__isnull=False).aggregate(mean=Avg("points"), count=Count("pk"))
+        last = Session.objects.filter(student=OuterRef("pk")).order_by("-received").values("received")[:1]
+        handed_in = list(row.students.annotate(last=Subquery(last)).values_list("last", flat=True))
+        row.size, row.last = len(handed_in), max(filter(None, handed_in), default=None)
+        recent = accepted(row.students.all()).filter(received__gt=month).aggregate(mean=Avg("points"), count=Count("pk"))
         row.recent, row.mean = recent["count"], recent["mean"]
     return render(request, "classes.html", {"rows": rows})
 
@@ -175,7 +175,7 @@ def exercise(request, key, exercise_key):
         places = Counter(row[4] for row in rows if row[4])
         title, unit = words.item(language, name), rows[0][1]
         defects.append({"name": name, "title": title, "unit": unit, "lost": fmean(row[3] for row in rows), "mean": fmean(values) if values else None,
-                        "target": rows[0][2], "place": places.most_common(1)[0][0] if places else "",
+                        "target": rows[0][2], "place": words.place(language, places.most_common(1)[0][0]) if places else "",
                         "chart": charts.histogram(title, values, f"{title} ({unit})" if unit else title, say("count"), rows[0][2], say("target"))})
     defects.sort(key=lambda row: -row["lost"])
     curve = class_curve(one.students.all(), task)

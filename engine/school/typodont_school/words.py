@@ -61,6 +61,7 @@ TEXTS = {
     "lost": ("Points lost, mean", "Verlorene Punkte, Mittel", "平均失分"),
     "commonest_place": ("Commonest place", "Häufigste Stelle", "最常见位置"),
     "value": ("Value", "Wert", "数值"),
+    "other_values": ("Other values", "Weitere Werte", "其他数值"),
     "target": ("Target", "Ziel", "目标"),
     "place": ("Place of the largest deviation", "Stelle der größten Abweichung", "最大偏差位置"),
     "count": ("Sessions", "Sitzungen", "次数"),
@@ -127,6 +128,11 @@ def say(language, key, **values):
 def item(language, name):
     """Returns the title of a score's item, in the program's words."""
     return score_words.ITEMS[name][COLUMN[language]] if name in score_words.ITEMS else name.replace("_", " ")
+
+
+def place(language, keys):
+    """Says a place, whose keys are such as `part.wall side.lingual`."""
+    return ", ".join(score_words.PLACES[key][COLUMN[language]] if key in score_words.PLACES else key for key in keys.split())
 
 
 def language_of(request):

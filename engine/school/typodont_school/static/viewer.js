@@ -7,7 +7,7 @@ const canvas = document.getElementById('view');
 const sorry = () => { canvas.hidden = true; document.getElementById('help').hidden = true; document.getElementById('no-view').hidden = false; };
 
 function show() {
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(35, 1, 0.0005, 1);
   camera.up.set(0, 0, 1);  // the workbench's z
@@ -38,7 +38,7 @@ function show() {
     scene.add(model);
     const ball = new THREE.Box3().setFromObject(model).getBoundingSphere(new THREE.Sphere());
     controls.target.copy(ball.center);
-    camera.position.copy(ball.center).add(new THREE.Vector3(0.35, -1.1, 1.9).multiplyScalar(ball.radius * 1.55));
+    camera.position.copy(ball.center).add(new THREE.Vector3(0.35, -1.1, 1.9).multiplyScalar(ball.radius * 1.2));
     controls.update();
     draw();
     canvas.dataset.shown = 'yes';

@@ -18,6 +18,11 @@ def item(context, name):
 
 
 @register.simple_tag(takes_context=True)
+def place(context, keys):
+    return words.place(context["language"], keys)
+
+
+@register.simple_tag(takes_context=True)
 def title_of(context, exercise):
     return exercise.title(context["language"]) if exercise else "–"
 

@@ -1,0 +1,182 @@
+"""The pages in a real browser, and under load."""
+import base64
+import json
+import os
+import pathlib
+import re
+import shutil
+import sys
+import tempfile
+import time
+from datetime import timedelta
+
+from django.contrib.auth.models import User
+from django.db import connection
+from django.test import Client, LiveServerTestCase, TestCase
+from django.test.utils import CaptureQueriesContext
+from django.urls import reverse
+from django.utils import timezone
+
+from crowd import crowd
+from room import PASSWORD, Room, record
+from typodont_school import charts, intake
+from typodont_school.models import Assignment, Class, Remark, Session, Student
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "acceptance"))
+from page_accessibility import CONTRAST, Browser  # noqa: E402
+
+AXE = os.environ.get("TYPODONT_AXE")  # axe.min.js of axe-core, which is not shipped
+PICTURES = os.environ.get("TYPODONT_PICTURES")
+STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
+AXE_RUN = "axe.run(document,{resultTypes:['violations']}).then(r=>r.violations.filter(v=>['serious','critical'].includes(v.impact)).map(v=>v.id+': '+v.nodes[0].html))"
+
+
+class Numbers(TestCase):
+    def test_the_interval_of_a_mean_is_students(self):
+        for freedom, quantile in ((3, 3.1824), (5, 2.5706), (10, 2.2281), (30, 2.0423), (1000, 1.9623)):
+            self.assertAlmostEqual(charts.student_t(0.975, freedom) / quantile, 1, delta=0.01)
+        mean, low, high = charts.mean_interval([50, 60, 70, 80])
+        self.assertEqual(mean, 65)
+        self.assertAlmostEqual((high - low) / 2, 3.1824 * 12.909944 / 2, delta=0.2)
+        self.assertEqual(charts.mean_interval([50, 60, 70])[1:], (None, None))
+
+    def test_a_histogram_counts_every_value_once(self):
+        for values in ([1.0], [0, 0, 0], [0, 1, 2, 3.5, 10], [-3, 7], [i / 7 for i in range(50)]):
+            svg = charts.histogram("t", values, "x", "y")
+            self.assertEqual(sum(int(n) for n in re.findall(r": (\d+)</title></rect>", svg)), len(values))
+
+    def test_texts_of_a_recording_cannot_leave_a_chart(self):
+        self.assertNotIn("<b>", charts.histogram('"><b>', [1, 2], "<b>", "<b>", 1.5, "<b>"))
+
+
+class Pages(LiveServerTestCase):
+    static_handler = staticmethod(lambda application: application)  # the service itself serves its files
+
+    def setUp(self):
+        shutil.rmtree(intake.folder("sessions"))
+        self.room = Room()
+        self.session = self.room.judged(os.environ.get("TYPODONT_RECORDING") or record("anna", "anna"))
+        others = [self.room.judged(record("crown", "anna", 4, "remove-caries"))]
+        people = crowd(self.room, [self.session, *others], 2, 24, 900)
+        self.session.student = people[0]
+        self.session.attempt = 11
+        self.session.save()
+        self.group = people[0].classes.get()
+        Assignment.objects.create(group=self.group, exercise=self.room.exercise, due=timezone.now() + timedelta(days=5))
+        Assignment.objects.create(group=self.group, exercise=self.room.exercise, due=timezone.now() + timedelta(days=9), attempts=1, sealed=True)
+        Remark.objects.create(session=self.session, author=self.room.teacher_A, text="The floor is even. Next time, keep the bur upright at the lingual wall.")
+        self.profile = self.enterContext(tempfile.TemporaryDirectory())
+        self.browser = Browser(shutil.which("chromium-headless-shell"), self.profile)
+        self.addCleanup(self.browser.process.kill)
+        ask = self.browser.ask
+        self.browser.session = ask("Target.attachToTarget", targetId=ask("Target.createTarget", url="about:blank")["targetId"], flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Network"):
+            ask(domain + ".enable")
+
+    def open(self, who, path, language="en", width=1280):
+        ask = self.browser.ask
+        client = Client()
+        if who:
+            client.login(username=who, password=PASSWORD)
+            ask("Network.setCookie", name="sessionid", value=client.cookies["sessionid"].value, url=self.live_server_url)
+        else:
+            ask("Network.clearBrowserCookies")
+        ask("Network.setCookie", name="language", value=language, url=self.live_server_url)
+        ask("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+        ask("Page.navigate", url=self.live_server_url + path)
+        self.wait(f"location.pathname=={json.dumps(path)} && document.readyState=='complete'")
+
+    def wait(self, condition):
+        for _ in range(6000):
+            try:
+                if self.browser.run(condition):
+                    return
+            except RuntimeError:  # between two pages
+                pass
+            time.sleep(0.05)
+        self.fail("never: " + condition)
+
+    def test_every_page_is_readable_by_all_at_every_width_and_asks_nobody_else(self):
+        a = self.room
+        pages = {"sign_in": (None, "/sign-in"), "classes": ("teacherA", "/classes"), "class": ("teacherA", reverse("class", args=[self.group.pk])),
+                 "exercise": ("teacherA", reverse("exercise", args=[self.group.pk, a.exercise.pk])),
+                 "student": ("s-0101", reverse("student", args=[self.session.student.pk])), "session": ("teacherA", reverse("session", args=[self.session.pk])),
+                 "administration": ("root", "/administration"), "password": ("anna", "/password"), "message": ("anna", "/classes")}
+        for name, (who, path) in pages.items():
+            for language, width in (("en", 1280), ("de", 640), ("zh", 1920)):
+                with self.subTest(page=name, language=language, width=width):
+                    self.open(who, path, language, width)
+                    if name == "session":
+                        self.wait("document.getElementById('view').dataset.shown=='yes' || !document.getElementById('no-view').hidden")
+                        self.assertEqual(self.browser.run("document.getElementById('view').dataset.shown"), "yes")
+                    run = self.browser.run
+                    self.assertEqual(run("document.documentElement.lang"), language)
+                    self.assertLessEqual(run("document.documentElement.scrollWidth"), width)
+                    self.assertEqual(run("document.querySelectorAll('h1').length"), 1)
+                    self.assertEqual(run("performance.getEntriesByType('resource').map(e=>e.name).filter(n=>!n.startsWith(location.origin)&&!n.startsWith('blob:')&&!n.startsWith('data:'))"), [])
+                    self.assertEqual(run("[...document.querySelectorAll('input:not([type=hidden]),select,textarea')].filter(e=>!e.closest('label')).length"), 0)
+                    self.assertEqual(run(CONTRAST), [])
+                    if AXE:
+                        run(pathlib.Path(AXE).read_text() + ";0")
+                        self.assertEqual(run(AXE_RUN), [])
+                    if PICTURES:
+                        self.picture(pathlib.Path(PICTURES) / f"{name}-{language}-{width}.png", width)
+
+    def picture(self, file, width):
+        size = self.browser.ask("Page.getLayoutMetrics")["cssContentSize"]
+        height = min(size["height"], 1800)
+        shot = self.browser.ask("Page.captureScreenshot", captureBeyondViewport=True, clip={"x": 0, "y": 0, "width": width, "height": height, "scale": 1})
+        file.write_bytes(base64.b64decode(shot["data"]))
+
+    def test_the_keyboard_turns_the_result_and_reaches_every_control(self):
+        self.open("teacherA", reverse("session", args=[self.session.pk]))
+        self.wait("document.getElementById('view').dataset.shown=='yes'")
+        look = lambda: self.browser.ask("Page.captureScreenshot")["data"]
+        self.browser.run("document.getElementById('view').focus()")
+        before = look()
+        self.browser.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", windowsVirtualKeyCode=37)
+        self.assertNotEqual(look(), before)
+        self.browser.run("document.body.focus(); document.activeElement.blur()")
+        reached = set()
+        for _ in range(60):
+            self.browser.ask("Input.dispatchKeyEvent", type="keyDown", key="Tab", windowsVirtualKeyCode=9)
+            self.browser.ask("Input.dispatchKeyEvent", type="keyUp", key="Tab", windowsVirtualKeyCode=9)
+            reached.add(self.browser.run("[...document.querySelectorAll('*')].indexOf(document.activeElement)"))
+        controls = self.browser.run("[...document.querySelectorAll('*')].map((e,i)=>[e,i]).filter(([e])=>e.matches('a[href],button,textarea,canvas,summary')).map(([,i])=>i)")
+        self.assertLessEqual(set(controls), reached)
+
+
+class Load(TestCase):
+    def test_the_number_of_queries_of_a_page_does_not_grow_with_sessions(self):
+        """With TYPODONT_STRESS=50 there are 100,000 sessions. The times are printed, not judged: they depend on the machine."""
+        shutil.rmtree(intake.folder("sessions"))
+        room = Room()
+        models = [room.judged(record("anna", "anna")), room.judged(record("crown", "anna", 4, "remove-caries"))]
+        client = Client()
+        client.login(username="teacherA", password=PASSWORD)
+        queries = []
+        for sessions in (1000, int(2000 * STRESS)):
+            Session.objects.exclude(student=room.anna).delete()
+            Student.objects.filter(pseudonym__startswith="s-").delete()
+            User.objects.filter(username="s-0101").delete()
+            Class.objects.filter(name__startswith="Year").delete()
+            people = crowd(room, models, 20, 25, sessions)
+            queries.append({})
+            for name, path in self.pages(room, people[7]).items():
+                with CaptureQueriesContext(connection) as asked:
+                    self.assertEqual(client.get(path).status_code, 200)
+                queries[-1][name] = len(asked)
+        self.assertEqual(*queries)
+        times = {}
+        for person in people[::23]:
+            for name, path in self.pages(room, person).items():
+                begin = time.perf_counter()
+                client.get(path)
+                times.setdefault(name, []).append(1000 * (time.perf_counter() - begin))
+        for name, row in times.items():
+            print(f"{sessions} sessions, {name}: median {sorted(row)[len(row) // 2]:.0f} ms, 95 % {sorted(row)[int(0.95 * len(row))]:.0f} ms")
+
+    def pages(self, room, person):
+        group, shown = person.classes.get(), person.session_set.first()
+        return {"classes": "/classes", "class": reverse("class", args=[group.pk]), "exercise": reverse("exercise", args=[group.pk, room.exercise.pk]),
+                "student": reverse("student", args=[person.pk]), "session": reverse("session", args=[shown.pk])}
