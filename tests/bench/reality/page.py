@@ -14,20 +14,19 @@ sys.path.insert(0, str(HERE.parent))
 from pages import COLORS, collect, number, paragraph, plt, read_rows, table, write_rows  # noqa: E402
 
 SLOW = "enamel's energy per volume, 30 J/mm³, stands for every kind of edge; diamonds need more"
-MACOR = "no energy per volume of Macor is published; it stands here by its hardness, as the coarse diamond's did"
-CHIPS = "the energy per volume, 3 J/mm³, is that of thin chips; it does not depend on the thickness of the chip"
+CHIPS = "the energy per volume does not depend on the thickness of the chip; that of bone, 3 J/mm³, is that of thin chips"
+RATIO = "the ratio of the forces is 0.3 for all tissues and edges"
 LINE = "the torque falls in proportion to the speed, so the greatest power is at half of the free speed"
 REASONS = {
     "enamel_diamond_human": SLOW, "enamel_diamond_bovine": SLOW,
-    "macor_carbide": MACOR, "macor_carbide_coarse": MACOR, "macor_diamond": MACOR,
     "macor_grit": "the coarse diamond has a third of the medium one's energy per volume at any load",
     "macor_medium_saturates": "no limit by the space for chips between the grains",
     "macor_speed": "the rate is proportional to the speed at a constant load; the experiments do not say what limits it",
     "enamel_carbide_energy": "only the sign is published, so there is nothing to fit",
     "ceramic_diamond_energy": "the energy per volume does not depend on the thickness of the chip",
-    "leucite_ratio_heavy": "the ratio is 0.3 for all tissues and edges",
+    "leucite_ratio_heavy": RATIO,
     "leucite_speed_drop": "the energy per volume of the ceramic and the ratio of the forces are estimates",
-    "polymer_jaw": "the jaw's density is not stated",
+    "polymer_jaw": "the jaw's density is not stated; it stands here as the artificial femur",
     "bone_small_chips": "the ratio of the forces is 0.3", 
     "electric_holds": LINE, "electric_power": LINE,
     "turbine_stalls": "the stronger turbine still turns at a ratio of the forces of 0.3",
@@ -36,6 +35,8 @@ for name in ("femur", "artificial"):
     for speed in (1000, 1250, 1500):
         for what in ("thrust", "torque", "feed"):
             REASONS[f"{name}_{what}_{speed}"] = CHIPS
+            if (name, what) == ("artificial", "thrust"):
+                REASONS[f"{name}_{what}_{speed}"] = RATIO
     REASONS[f"{name}_energy_exponent"] = CHIPS
 
 
@@ -164,7 +165,7 @@ def page(rows, origin, docs):
         [[row.process, row.what, row.conditions, f"{row.source} ({row.quality})"] for row in every if not row.band])
     text += "\n## Estimates\n\n" + paragraph(
         """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
-        standard, B abstract, C secondary source, E estimate; F would be a value fitted to rows of this page. What
+        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. What
         remains an estimate, and what would settle it:""") + "\n\n"
     return text + table(["constant", "experiment"], [list(line) for line in ESTIMATES])
 
