@@ -15,7 +15,7 @@ from django.utils import timezone
 
 from room import Room, record
 from typodont_school import intake, views
-from typodont_school.models import Assignment, ExamStart, Student
+from typodont_school.models import Assignment, ExamStart, Session, Student
 
 STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
 
@@ -62,6 +62,31 @@ class Exams(TestCase):
         self.exam.due = timezone.now() - timedelta(seconds=1)
         self.exam.save()
         self.assertEqual(self.start(self.room.anna).status_code, 403)
+
+    def test_a_signed_session_counts_only_for_its_student_bench_time_and_first_try(self):
+        file = self.record(self.room.anna, 3)
+        again = shutil.copy(file, self.folder / "again.h5")
+
+        def reason(name, change=lambda f: None, bench=self.room.bench):
+            other = pathlib.Path(shutil.copy(file, self.folder / name))
+            with h5py.File(other, "a") as f:
+                f.attrs.create("date", name.encode(), dtype=h5py.string_dtype("utf-8", len(name)))  # other bytes, the same hand
+                change(f)
+            own, self.room.bench = self.room.bench, bench
+            session = self.room.judged(other, self.sign(other))
+            self.room.bench = own
+            self.assertEqual((session.state, session.assignment, session.points), ("refused", None, None))
+            return session.reason
+
+        self.assertIn("another student", reason("student.h5", lambda f: f.attrs.create("trainee", b"ben", dtype=h5py.string_dtype("utf-8", 3))))
+        self.assertIn("another bench", reason("bench.h5", bench=views.new_bench(self.room.school, "bench 2")[0]))
+        Assignment.objects.update(due=timezone.now() - timedelta(seconds=1))
+        self.assertIn("after the exam's end", reason("late.h5"))
+        Assignment.objects.update(due=timezone.now() + timedelta(hours=1))
+        self.assertEqual(self.room.judged(again, self.sign(again)).assignment, self.exam)
+        self.assertIn("earlier session", reason("twice.h5"))
+        Session.objects.update(force_hash="")  # another hand
+        self.assertIn("second session", reason("second.h5"))
 
     def test_practice_is_no_exam(self):
         session = self.room.judged(record("anna", "anna"))
