@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
@@ -52,6 +55,23 @@ TEST_F(Exercise, ContainsThePaintAtItsPosition) {
   for (const SceneChoice& choice : find_scenes({}))
     found = found || (choice.file == file && choice.own && choice.fault.empty());
   EXPECT_TRUE(found) << "it is there to be chosen";
+}
+
+TEST_F(Exercise, EveryShippedOneStandsUnderAHeadingAndTheTutorialIsFirst) {
+  std::set<std::string> ended;  // groups do not come back
+  std::string group;
+  std::vector<std::string> names;
+  for (const SceneChoice& choice : find_scenes({})) {
+    ASSERT_FALSE(choice.group.empty()) << choice.file;
+    if (choice.group != group) {
+      EXPECT_TRUE(ended.insert(choice.group).second) << choice.file;
+    }
+    group = choice.group;
+    names.push_back(choice.name);
+  }
+  ASSERT_FALSE(names.empty());
+  EXPECT_EQ(names.front(), "tutorial");
+  EXPECT_GT(ended.size(), 5u);
 }
 
 TEST_F(Exercise, EveryStrokeKeepsTheHardnessItWasPaintedWith) {

@@ -45,7 +45,7 @@ void Choices::rescan() {
   s_.scenes = find_scenes(s_);
   pictures_.forget();
   std::string texts;
-  for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
+  for (const SceneChoice& scene : s_.scenes) texts += scene.group + scene.title + scene.description;
   window_.announce_text(texts);
   s_.hands = find_hands(s_);
   s_.real_time_refused = realtime_refusal();

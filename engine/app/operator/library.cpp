@@ -42,6 +42,22 @@ std::string title_of(std::string name) {
   return name;
 }
 
+/// A scene of assets/curriculum.json.
+struct Listed {
+  std::string scene;  // its file's name without ".json"
+  std::string group;  // its heading
+};
+
+/// In the order of the first page. Throws Error.
+std::vector<Listed> curriculum(session::Language language) {
+  std::vector<Listed> listed;
+  for (const Json& group : Json::load(assets_folder() / "curriculum.json")["groups"].items()) {
+    const std::string title = session::read_task_text(group["title"]).in(language);
+    for (const Json& scene : group["scenes"].items()) listed.push_back({scene.string(), title});
+  }
+  return listed;
+}
+
 fs::path memory_file() {
   return user_folder() / "settings.json";
 }
@@ -61,11 +77,20 @@ std::string file_name_of(const std::string& text) {
 std::vector<SceneChoice> find_scenes(const OperatorState& s) {
   std::vector<SceneChoice> scenes;
   const fs::path own = user_folder() / "scenes";
+  const std::vector<Listed> listed = curriculum(s.language);
+  const auto place = [&](const fs::path& file) {
+    return std::find_if(listed.begin(), listed.end(), [&](const Listed& l) { return l.scene == file.stem(); });
+  };
   for (const fs::path& folder : {assets_folder() / "scenes", own}) {
-    for (const fs::path& file : json_files(folder)) {
+    std::vector<fs::path> files = json_files(folder);
+    if (folder != own)
+      std::stable_sort(files.begin(), files.end(),
+                       [&](const fs::path& a, const fs::path& b) { return place(a) < place(b); });
+    for (const fs::path& file : files) {
       SceneChoice choice;
       choice.file = file;
       choice.own = folder == own;
+      if (const auto l = place(file); !choice.own && l != listed.end()) choice.group = l->group;
       choice.title = title_of(file.stem().string());
       try {
         const Json json = Json::load(file);

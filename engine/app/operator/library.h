@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// Shipped, then own ones, by name. Unreadable ones carry their error.
+/// Shipped ones in the order of assets/curriculum.json, then own ones by name. Unreadable ones carry their error.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
 /// Made valid for a file or folder.

@@ -80,6 +80,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (s.scenes.empty()) dim_wrapped(s.text("op.no_scenes"));
   for (std::size_t i = 0; i < s.scenes.size(); ++i) {
     const SceneChoice& scene = s.scenes[i];
+    if (!scene.group.empty() && (i == 0 || scene.group != s.scenes[i - 1].group)) dim(scene.group);
     ImGui::PushID(static_cast<int>(i));
     const ImVec2 at = ImGui::GetCursorPos();
     const float row_height = 3.4f * u;

@@ -93,6 +93,7 @@ struct SceneChoice {
   std::filesystem::path file;
   std::string name;  // in the names of its recordings
   std::string title, description;
+  std::string group;  // heading over it (assets/curriculum.json); empty: none
   std::string fault;  // why it cannot be used; empty: it can
   int picture = -1;   // in OperatorState::pictures; -1: none
   std::string model;  // the scene's, or the default
