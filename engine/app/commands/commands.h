@@ -21,6 +21,7 @@ void add_mesh_command(cli::Command& program);
 void add_fit_damping_command(cli::Command& program);
 void add_pack_command(cli::Command& program);
 void add_plan_command(cli::Command& program);
+void add_case_command(cli::Command& program);
 void add_volume_command(cli::Command& program);
 void add_render_command(cli::Command& program);
 void add_replay_command(cli::Command& program);

@@ -21,6 +21,7 @@ constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
+constexpr double kThinnest = 0.1e-3;   // m, width above a thin edge
 constexpr double kRootEnd = 0.35;      // width at the end / at the neck
 
 /// m at z.
@@ -31,7 +32,7 @@ double half_width(double z, double neck, double widest, double table, double at,
   }
   if (z < at) return 0.5 * (neck + (widest - neck) * std::sin(0.5 * kPi * z / at));
   const double t = std::min((z - at) / (height - at), 1.3);
-  return 0.5 * (widest - (widest - table) * t * t);
+  return 0.5 * std::max(widest - (widest - table) * t * t, kThinnest);
 }
 
 /// m, fine ridges on a hill. `from_tip`: m; `over`: m above the other hill. Zero at tips and grooves.

@@ -1,0 +1,261 @@
+#include "engine/app/cases/tooth.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/assets.h"
+#include "engine/app/surroundings/blend.h"
+#include "engine/base/error.h"
+#include "engine/base/in_parallel.h"
+#include "engine/base/units.h"
+#include "engine/session/dense_field.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kBand = 1.5e-3;      // m, of the sampled tooth
+constexpr double kMaxDeviation = 2;   // standard deviations; rarer teeth are not made
+constexpr double kShape = 0.025;      // relative deviation of one measure from the tooth's size; estimate
+constexpr double kCusp = 0.025;       // the same for heights and places of cusps; estimate
+constexpr double kRootJoin = 2.4e-3;  // m, rounding between roots
+constexpr double kApex = 0.8e-3;      // m, radius of a root's end
+
+/// Area of the pulp chamber at this age, over that at 20 years (CBCT study of 2017, 316 molars; other teeth alike).
+double pulp_area(const std::string& type, double age) {
+  const auto area = [&](double years) { return type[0] == 'U' ? 11.582 - 0.142 * years : 14.249 - 0.163 * years; };
+  return area(age) / area(20);
+}
+
+/// Sum of twelve: mean 0, deviation 1.
+double normal(SplitMix64& random) {
+  double sum = -6;
+  for (int i = 0; i < 12; ++i) sum += uniform(random);
+  return std::clamp(sum, -kMaxDeviation, kMaxDeviation);
+}
+
+Json teeth_table() {
+  return Json::load(assets_folder() / "cases" / "teeth.json")["teeth"];
+}
+
+/// Resizes a form of the assets to these measures, m.
+ToothForm resized(ToothForm form, const CaseTooth& tooth, const glm::dvec2& neck) {
+  const glm::dvec2 by = glm::dvec2(tooth.md, tooth.bl) / form.widest;
+  const double up = tooth.crown / form.height;
+  form.widest = {tooth.md, tooth.bl};
+  form.neck = neck;
+  form.table *= by;
+  form.height = tooth.crown;
+  form.proximal *= up;
+  form.buccal *= up;
+  form.lingual *= up;
+  form.root = tooth.root;
+  for (ToothHill& hill : form.hills) {
+    hill.at *= by;
+    hill.height *= up;
+    hill.slope *= up * 2 / (by.x + by.y);
+  }
+  return form;
+}
+
+/// Chamber, horns and canals. `size`: m, of the chamber at the neck.
+void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
+  const glm::dvec2 half = 0.5 * size * shrink;
+  // Molars: chamber height 1.6 to 1.9 mm, roof at the neck (Deutsch & Musikant 2004)
+  const bool molar = tooth.type[1] >= '6';
+  tooth.chamber_roof = molar ? 0.4e-3 : 0.4 * tooth.crown * shrink;
+  tooth.chamber_floor = molar ? tooth.chamber_roof - 1.9e-3 * shrink : -0.3 * tooth.root;
+  const double thin = std::min(half.x, half.y);
+  const auto tube = [&](const dvec3& a, const dvec3& b, double ra, double rb, double stretch) {
+    tooth.pulp.push_back({a, b, ra, rb, stretch});
+  };
+  constexpr double kCanal = 0.35e-3, kForamen = 0.15e-3;  // m, radii
+  if (!molar) {
+    const double above = tooth.chamber_roof;
+    tube({0, 0, above}, {0, 0, tooth.chamber_floor}, 0.55 * half.x, half.x, half.y / half.x);
+    if (tooth.roots.empty()) tube({0, 0, tooth.chamber_floor}, {0, 0, -tooth.root + 1e-3}, half.x, kForamen, 1.6);
+  } else {
+    const double middle = 0.5 * (tooth.chamber_roof + tooth.chamber_floor);
+    const double height = 0.5 * (tooth.chamber_roof - tooth.chamber_floor);
+    // Overlapping tubes along the longer side.
+    for (const double side : {-1.0, -0.33, 0.33, 1.0}) {
+      const double x = side * std::max(half.x - height, 0.0);
+      tube({x, -std::max(half.y - height, 0.0), middle}, {x, std::max(half.y - height, 0.0), middle}, height, height,
+           1);
+    }
+    for (const ToothHill& hill : tooth.form.hills) {
+      if (hill.height < 0.83 * tooth.crown || hill.at.y == 0) continue;
+      const glm::dvec2 at = glm::clamp(hill.at, -half + 0.4e-3, half - 0.4e-3);
+      tube({at.x, at.y, middle}, {at.x * 1.1, at.y * 1.1, tooth.chamber_roof + 1.1e-3 * shrink}, 0.6 * height + 0.1e-3,
+           0.2e-3, 1);
+    }
+  }
+  for (const TaperedTube& root : tooth.roots) {
+    const dvec3 end = root.b + 0.02 * (root.a - root.b);
+    const glm::dvec2 at = glm::clamp(glm::dvec2(root.a), -half + 0.5 * thin, half - 0.5 * thin);
+    tube({at.x, at.y, tooth.chamber_floor + 0.3e-3}, root.a, 1.3 * kCanal, kCanal, std::min(root.stretch_y, 2.0));
+    tube(root.a, end, kCanal, kForamen, std::min(root.stretch_y, 2.0));
+  }
+}
+
+}  // namespace
+
+double uniform(SplitMix64& random) {
+  return static_cast<double>(random.next() >> 11) * 0x1p-53;
+}
+
+double TaperedTube::distance(const dvec3& p) const {
+  const dvec3 by(1, 1 / stretch_y, 1);
+  const dvec3 q = p * by, from = a * by, along = b * by - from;
+  const double t = std::clamp(glm::dot(q - from, along) / glm::dot(along, along), 0.0, 1.0);
+  return glm::length(q - from - t * along) - glm::mix(radius_a, radius_b, t);
+}
+
+double CaseTooth::distance(const dvec3& p) const {
+  double d = form.distance(p);
+  if (roots.empty()) return d;
+  d = smooth_max(d, -furcation - p.z, kRootJoin);
+  for (const TaperedTube& tube : roots) d = smooth_min(d, tube.distance(p), 0.8 * kRootJoin);
+  return d;
+}
+
+double CaseTooth::pulp_distance(const dvec3& p) const {
+  double d = 1;
+  for (const TaperedTube& tube : pulp) d = std::min(d, tube.distance(p));
+  return d;
+}
+
+Tissue CaseTooth::tissue(const dvec3& p) const {
+  if (pulp_distance(p) < 0) return Tissue::kPulp;
+  // Edge of the enamel: rises towards the neighbours.
+  const double c = p.x / (std::hypot(p.x, p.y) + 1e-6);
+  const double edge = (c > 0 ? cej_mesial : cej_distal) * c * c;
+  const double up = (p.z - edge) / (0.6 * crown);
+  // Thickness by thirds (OpenMandible): 0.35 of the occlusal one at the neck, 0.75 in the middle.
+  const double thick = enamel * (up <= 0 ? 0 : std::min(1.0, 0.25 + 0.75 * up) * std::min(1.0, up / 0.06));
+  return -blunt.distance(p) < thick ? Tissue::kEnamel : Tissue::kDentin;
+}
+
+double CaseTooth::surface(double x, double y) const {
+  double low = 0, high = crown + 1e-3;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (form.distance({x, y, middle}) < 0 ? low : high) = middle;
+  }
+  return low;
+}
+
+double CaseTooth::fissure(double x) const {
+  double best = 0, lowest = 1;
+  for (double y = -0.22 * bl; y <= 0.22 * bl; y += 0.05e-3)
+    if (const double z = surface(x, y); z < lowest) lowest = z, best = y;
+  return best;
+}
+
+std::vector<std::string> tooth_types() {
+  return teeth_table().keys();
+}
+
+CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random) {
+  const Json table = teeth_table();
+  const auto row = table.find(type);
+  if (!row) throw Error("tooth", "", type, fmt::format("one of {}", fmt::join(table.keys(), ", ")));
+  CaseTooth tooth;
+  tooth.type = type;
+  tooth.name = (*row)["name"].string();
+  tooth.age = age;
+  const double size = 1 + (*row)["size_sd"].number(0, 0.2) * normal(random);
+  const auto measure = [&](double mean_mm) { return mean_mm * kMillimetre * size * (1 + kShape * normal(random)); };
+  tooth.md = measure((*row)["md_mm"].number(3, 15));
+  tooth.bl = measure((*row)["bl_mm"].number(3, 15));
+  tooth.crown = measure((*row)["crown_mm"].number(4, 14));
+  tooth.root = measure((*row)["root_mm"].number(6, 22));
+  const std::vector<double> neck_mm = (*row)["neck_mm"].numbers(2);
+  const glm::dvec2 neck(measure(neck_mm[0]), measure(neck_mm[1]));
+  const std::string form = (*row)["form"].string();
+  tooth.form = read_tooth_form(Json::load(assets_folder() / "teeth" / "forms" / (form + ".json")));
+  tooth.form = resized(tooth.form, tooth, neck);
+  for (ToothHill& hill : tooth.form.hills) {
+    hill.at += kCusp * glm::dvec2(normal(random), normal(random)) * glm::dvec2(tooth.md, tooth.bl) * 0.5;
+    hill.height = std::min(hill.height * (1 + 0.5 * kCusp * normal(random)), tooth.crown);
+  }
+  tooth.blunt = tooth.form;
+  tooth.blunt.groove_depth = 0;
+  const std::vector<double> cej = (*row)["cej_mm"].numbers(2);
+  tooth.cej_mesial = cej[0] * kMillimetre * size;
+  tooth.cej_distal = cej[1] * kMillimetre * size;
+  tooth.enamel = (*row)["enamel_mm"].number(0.3, 3) * kMillimetre * size;
+  tooth.furcation = (*row)["furcation_mm"].number(0, 12) * kMillimetre * size;
+  for (const Json& item : (*row)["roots"].items()) {
+    const std::vector<double> r = item.numbers(6);
+    const glm::dvec2 half = 0.5 * neck;
+    const double bend = 0.06 * normal(random);
+    TaperedTube root;
+    root.a = {r[0] * half.x, r[1] * half.y, -0.6 * tooth.furcation};
+    root.b = {(r[2] + bend) * half.x, r[3] * half.y, -tooth.root + kApex};
+    root.stretch_y = r[5] * half.y / (r[4] * half.x);
+    root.radius_a = r[4] * half.x;
+    root.radius_b = kApex;
+    tooth.roots.push_back(root);
+  }
+  const std::vector<double> pulp = (*row)["pulp_mm"].numbers(2);
+  add_pulp(tooth, glm::dvec2(pulp[0], pulp[1]) * kMillimetre * size, std::sqrt(pulp_area(type, age)));
+  return tooth;
+}
+
+haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
+  haptics::DenseTissue out;
+  out.band = kBand;
+  out.frame.voxel = voxel;
+  dvec3 low = tooth.form.low(), high = tooth.form.high();
+  for (const TaperedTube& root : tooth.roots) {
+    const dvec3 wide = root.radius_a * dvec3(1, root.stretch_y, 1);
+    low = glm::min(low, glm::min(root.a, root.b) - wide);
+    high = glm::max(high, glm::max(root.a, root.b) + wide);
+  }
+  out.frame.origin = voxel * glm::floor((low - kBand) / voxel);
+  out.size = glm::ivec3(glm::ceil((high + kBand - out.frame.origin) / voxel)) + 1;
+  session::DenseField field{
+      out.size, std::vector<float>(static_cast<std::size_t>(out.size.x) * static_cast<std::size_t>(out.size.y) *
+                                   static_cast<std::size_t>(out.size.z))};
+  const auto columns = static_cast<std::size_t>(out.size.x) * static_cast<std::size_t>(out.size.y);
+  const auto at = [&](std::size_t column, int z) {
+    const auto rows = static_cast<std::size_t>(out.size.y);
+    return out.frame.to_world(dvec3(column / rows, column % rows, z));
+  };
+  in_parallel(columns, [&](std::size_t column) {
+    for (int z = 0; z < out.size.z; ++z) {
+      const dvec3 p = at(column, z);
+      double d = tooth.distance(p);
+      // First order: value over slope.
+      if (std::abs(d) < 4 * voxel) {
+        dvec3 slope;
+        for (int a = 0; a < 3; ++a) {
+          dvec3 step(0);
+          step[a] = 0.25 * voxel;
+          slope[a] = (tooth.distance(p + step) - tooth.distance(p - step)) / (0.5 * voxel);
+        }
+        d /= std::max(glm::length(slope), 0.5);
+      }
+      field.distance[column * static_cast<std::size_t>(out.size.z) + static_cast<std::size_t>(z)] =
+          static_cast<float>(d / voxel);
+    }
+  });
+  field = session::redistanced(field);
+  out.distance.resize(field.distance.size());
+  out.tissue.assign(field.distance.size(), Tissue::kAir);
+  in_parallel(columns, [&](std::size_t column) {
+    for (int z = 0; z < out.size.z; ++z) {
+      const std::size_t i = column * static_cast<std::size_t>(out.size.z) + static_cast<std::size_t>(z);
+      const double d = static_cast<double>(field.distance[i]);
+      out.distance[i] = static_cast<float>(std::clamp(d * voxel, -kBand, kBand));
+      if (d < 2) out.tissue[i] = tooth.tissue(at(column, z));
+    }
+  });
+  return out;
+}
+
+}  // namespace typodont

@@ -1,0 +1,79 @@
+// Parametric teeth of engine/app/cases against the published table, over many seeds.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "engine/app/assets.h"
+#include "engine/app/cases/tooth.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+namespace {
+
+constexpr int kSeeds = 200;
+constexpr double kAge = 35;
+
+TEST(CaseTooth, SizesOfAllSixteenTypesHaveThePublishedMeansAndDeviations) {
+  const Json table = Json::load(assets_folder() / "cases" / "teeth.json")["teeth"];
+  ASSERT_EQ(tooth_types().size(), 16u);
+  for (const std::string& type : tooth_types()) {
+    double sum = 0, squares = 0, crown = 0, root = 0;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+      SplitMix64 random{seed};
+      const CaseTooth tooth = make_tooth(type, kAge, random);
+      sum += tooth.md / kSeeds, squares += tooth.md * tooth.md / kSeeds;
+      crown += tooth.crown / kSeeds, root += tooth.root / kSeeds;
+    }
+    const Json row = table[type];
+    const double sd = row["size_sd"].number(), error = 4 * sd / std::sqrt(double(kSeeds));
+    const double mean = row["md_mm"].number() * kMillimetre;
+    EXPECT_NEAR(sum / mean, 1, error) << type;
+    EXPECT_NEAR(crown / (row["crown_mm"].number() * kMillimetre), 1, error) << type;
+    EXPECT_NEAR(root / (row["root_mm"].number() * kMillimetre), 1, error) << type;
+    EXPECT_NEAR(std::sqrt(squares - sum * sum) / mean, sd, 0.35 * sd) << type;
+  }
+}
+
+TEST(CaseTooth, TheSampledCrownHasTheSizesOfItsTooth) {
+  constexpr double kVoxel = 0.25e-3;
+  for (const std::string& type : tooth_types()) {
+    SplitMix64 random{7};
+    const CaseTooth tooth = make_tooth(type, kAge, random);
+    const haptics::DenseTissue tissue = sample_tooth(tooth, kVoxel);
+    dvec3 low(1), high(-1);
+    for (int x = 0; x < tissue.size.x; ++x)
+      for (int y = 0; y < tissue.size.y; ++y)
+        for (int z = 0; z < tissue.size.z; ++z) {
+          const std::size_t i = tissue.at(x, y, z);
+          if (tissue.distance[i] > 0) continue;
+          const dvec3 p = tissue.frame.to_world(dvec3(x, y, z));
+          high.z = std::max(high.z, p.z);
+          if (tissue.tissue[i] != Tissue::kEnamel) low.z = std::min(low.z, p.z);
+          if (p.z > 0) low.x = std::min(low.x, p.x), high.x = std::max(high.x, p.x);
+        }
+    EXPECT_NEAR(high.x - low.x, tooth.md, 0.6e-3) << type;
+    EXPECT_NEAR(high.z, tooth.crown, 0.8e-3) << type;
+    EXPECT_NEAR(-low.z, tooth.root, 1.2e-3) << type;
+  }
+}
+
+TEST(CaseTooth, ThePulpIsInsideDentinOnlyAndShrinksWithAge) {
+  for (const std::string& type : tooth_types()) {
+    std::array<double, 2> volume{};
+    for (const int old : {0, 1}) {
+      SplitMix64 random{11};
+      const CaseTooth tooth = make_tooth(type, old ? 60 : 20, random);
+      const haptics::DenseTissue tissue = sample_tooth(tooth, 0.2e-3);
+      for (std::size_t i = 0; i < tissue.tissue.size(); ++i) {
+        if (tissue.tissue[i] != Tissue::kPulp) continue;
+        EXPECT_LT(tissue.distance[i], -0.2e-3) << type;
+        ++volume[static_cast<std::size_t>(old)];
+      }
+    }
+    EXPECT_GT(volume[0], 1.15 * volume[1]) << type;
+  }
+}
+
+}  // namespace
+}  // namespace typodont
