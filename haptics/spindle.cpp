@@ -5,11 +5,16 @@
 namespace typodont::haptics {
 
 Spindle read_spindle(const Json& json) {
-  json.allow_only({"name", "free_speed_krpm", "stall_torque_Nmm", "run_up_s", "handpiece", "spray", "source"});
+  json.allow_only(
+      {"name", "free_speed_krpm", "stall_torque_Nmm", "held_torque_Nmm", "run_up_s", "handpiece", "spray", "source"});
   Spindle spindle;
   spindle.name = json["name"].string();
   spindle.free_speed = json["free_speed_krpm"].number(0.001, 1000) * kKrpm;
   spindle.stall_torque = json["stall_torque_Nmm"].number(0, 10000) * kMillimetre;
+  if (const auto held = json.find("held_torque_Nmm")) {
+    spindle.held_torque = held->number(0, 10000) * kMillimetre;
+    if (!(spindle.held_torque < spindle.stall_torque)) held->fail("a torque below stall_torque_Nmm");
+  }
   spindle.run_up_time = json.number_or("run_up_s", 0, 0, 10);
   spindle.handpiece = json.string_or("handpiece", "");
   if (const auto spray = json.find("spray")) {

@@ -1,4 +1,4 @@
-// The bur's motor: ideal, or with a linear torque–speed curve.
+// The bur's motor: ideal, or with a linear torque–speed curve, at first at a held speed.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,12 @@
 
 namespace typodont::haptics {
 
-/// T = T_s (1 − ω/ω₀): exact for air turbines, approximate for electric motors.
+/// T = T_h + (T_s − T_h) (1 − ω/ω₀). Up to T_h a controlled electric motor holds ω₀; T_h = 0: an air turbine.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, speed ω₀ without load, at full pedal
   double stall_torque = 0;  // N·m, T_s at full pedal; 0: ideal, no drop under load
+  double held_torque = 0;   // N·m, T_h at full pedal
   // s, time constant of the speed; 0: at once
   double run_up_time = 0;
   // Drawn with this motor (as Tool::handpiece); empty: a turbine.
@@ -29,8 +30,8 @@ struct SpindleLoad {
 };
 inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, double pedal, double torque) noexcept {
   if (spindle.stall_torque <= 0) return {free_speed_now, torque * free_speed_now};
-  const double stall = spindle.stall_torque * pedal;
-  const double fraction = stall > 0 ? std::max(0.0, 1 - torque / stall) : 0.0;
+  const double stall = spindle.stall_torque * pedal, held = spindle.held_torque * pedal;
+  const double fraction = stall > 0 ? std::clamp(1 - (torque - held) / (stall - held), 0.0, 1.0) : 0.0;
   return {free_speed_now * fraction, torque * free_speed_now * fraction};
 }
 

@@ -71,10 +71,11 @@ struct Tool {
   // Of the hand's push, for an edge drawn along the path; 0: none.
   double scrapes = 0;
   double sink_yield = 0;  // N, at which the tip sinks into softened tissue; 0: never
-  // μ_c: tangential cutting / normal force (Preston, Archard)
+  // μ_c: tangential cutting / normal force (Preston, Archard), where the tissue's BladeLaw states none
   double cutting_coefficient = 0.3;
   // Specific energy with this tool / the material's; a coarse diamond breaks larger chips, which need less.
   double energy_ratio = 1;
+  int blades = 0;  // of a drill, which cuts by Material::blade; 0: not stated
 
   // Never cut: the shank from the head's upper end to the handpiece, widening from its neck; the safe end, a round pin
   // beyond the free end.

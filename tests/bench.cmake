@@ -28,6 +28,7 @@ add_library(typodont_reality STATIC bench/reality/experiments.cpp bench/reality/
 target_link_libraries(typodont_reality PUBLIC typodont_options typodont_test_support typodont_scene)
 target_compile_definitions(typodont_reality PRIVATE TYPODONT_REALITY="${CMAKE_CURRENT_SOURCE_DIR}/bench/reality")
 typodont_bench(reality LIBS typodont_reality)
+typodont_test(unit_reality KIND unit SOURCES unit/reality_test.cpp LIBS typodont_reality)
 typodont_bench(push SOURCES support/constant_push.cpp)
 typodont_bench(stability SOURCES support/carver_stalls.cpp)
 typodont_bench(latency LIBS typodont_app)

@@ -114,6 +114,8 @@ std::vector<std::string> tool_names(const Scene& scene);
 /// names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
+/// Reads the keys of a material over `material`. Throws Error.
+void read_material(const Json& json, Material& material);
 /// Loads the materials of assets/materials/hard_tissue.json.
 MaterialTable load_materials();
 

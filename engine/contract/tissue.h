@@ -29,6 +29,15 @@ inline constexpr int kTissueCount = 10;
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
+/// Energy per volume of bladed tools by the thickness h of their chips: u = specific energy · energy_ratio ·
+/// (h / chip)^−exponent.
+struct BladeLaw {
+  double energy_ratio = 1;  // u / specific energy, at h = chip
+  double chip = 10e-6;      // m
+  double exponent = 0;
+  double force_ratio = 0;  // tangential / normal force; 0: the tool's cutting_coefficient
+};
+
 /// SI, from assets/materials/, which cites a source for each.
 struct Material {
   // N/m, at a coupling of 1000 N/m, in proportion for others
@@ -38,6 +47,7 @@ struct Material {
   double dynamic_friction = 0.15;
   double density = 2900;  // kg/m³, density of the tissue
   dvec3 color{1, 1, 1};   // sRGB, 0..1, colour of the tissue
+  BladeLaw blade{};
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 

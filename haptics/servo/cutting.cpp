@@ -14,21 +14,23 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.cuts = settings.cutting && bur.cuts && !motion.inside && (in.scrapes || cutting.speed > 0);
   // In registers: a stored value would have to be waited for.
   SpindleLoad spindle{cutting.speed, 0};
-  in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W / the tool's energy_ratio, so that models need only the material's own energy.
+  const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
+  in.specific_energy = edges.specific_energy;
+  now.energy_ratio = bur.energy_ratio * edges.energy_ratio;
+  // W / energy_ratio, so that models need only the material's own energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // A drawn edge cuts with the hand's work: force × displacement along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
-    power = bur.scrapes * coupling.head_force * way / now.dt / bur.energy_ratio;
+    power = bur.scrapes * coupling.head_force * way / now.dt / now.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
     // Tangential force μ_c F_n (Preston, Archard), limited by the motor's torque.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
-    const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
-    now.tangential = bur.cutting_coefficient * efficiency;
+    now.tangential = edges.force_ratio * efficiency;
+    const double load = now.tangential * coupling.pressing * bur.radius();
     spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
-    power = in.power = spindle.power / bur.energy_ratio;
+    power = in.power = spindle.power / now.energy_ratio;
   }
   double& budget = cutting.budget;
   const double wall = cutting.wall;
@@ -55,7 +57,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
 }
 
 void Servo::State::spend(ContactTick& now, double energy) noexcept {
-  now.out.cutting_power = energy * tool().energy_ratio / now.dt;
+  now.out.cutting_power = energy * now.energy_ratio / now.dt;
   cutting.budget -= energy;
   cutting.wall_budget -= energy;
   cutting.spindle_work += now.out.cutting_power * now.dt;

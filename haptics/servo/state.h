@@ -38,7 +38,8 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;  // edges' tangential / normal force
+  double tangential = 0;    // edges' tangential / normal force
+  double energy_ratio = 1;  // work of motor or hand / work at the material's specific energy
   dvec3 force{0}, torque{0}, normal{0};
   dvec3 spindle_force{0};   // N on the hand: edges and vibration
   dvec3 teeth_force{0};     // N of these, edges
@@ -91,6 +92,7 @@ struct Servo::State {
     // 0..1, power at a wall of harder tissue in the last tick, divided by the head's full power; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
+    double chip = 0;          // m, smoothed thickness of a bladed tool's chips
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -182,8 +184,13 @@ struct Servo::State {
     Tissue most = Tissue::kAir;  // the most frequent tissue
   };
   TissueMeans tissue_means() const noexcept;
-  /// Returns the mean specific energy of the tissues under the head, scaled by the hardness, J/m³.
-  double mean_specific_energy() const noexcept;
+  /// How the tool's edges cut the tissues under the head.
+  struct EdgeMeans {
+    double specific_energy = 0;  // J/m³, of the materials, scaled by the hardness
+    double energy_ratio = 1;     // energy per volume by the chips / specific energy
+    double force_ratio = 0;      // tangential / normal force
+  };
+  EdgeMeans edge_means() const noexcept;
 
   /// Returns the limit of the energy ledger's debt, J. A greater debt is cancelled: it would allow no force, and
   /// without a force the hand could never pay the debt back. The limit is at most the credit of the passivity law.

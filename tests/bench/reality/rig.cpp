@@ -57,9 +57,8 @@ MaterialTable materials_of(const Conditions& c) {
   MaterialTable table = load_materials();
   const std::string& name = c.at("tissue");
   if (!tissue_named(name)) {
-    const Json lab = Json::load(TYPODONT_REALITY "/materials.json")[name];
-    Material& material = table[static_cast<std::size_t>(*tissue_named(kLab))];
-    material.specific_energy = lab["specific_energy_J_per_mm3"].number() * kJoulePerCubicMillimetre;
+    Material& material = table[static_cast<std::size_t>(*tissue_named(kLab))] = {};
+    read_material(Json::load(TYPODONT_REALITY "/materials.json")[name], material);
   }
   for (Material& material : table) material.stiffness = 1000;
   return table;
