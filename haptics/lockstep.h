@@ -1,5 +1,5 @@
 // Servo and carver in turn on one thread, without a clock, deterministic. Live, they have two threads
-// (engine/app/live/workbench.h).
+// (engine/app/workbench.h).
 #pragma once
 
 #include <deque>

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "engine/app/scene.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {

@@ -8,7 +8,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"

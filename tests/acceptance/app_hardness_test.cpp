@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/workbench.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"

@@ -14,8 +14,8 @@
 #include <memory>
 #include <thread>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/scene.h"
+#include "engine/app/workbench.h"
 #include "engine/base/clock.h"
 #include "engine/base/realtime.h"
 #include "engine/base/temporary_folder.h"

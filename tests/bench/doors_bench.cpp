@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/clock.h"
 
 namespace typodont {

@@ -7,7 +7,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/json.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "tests/bench/bench.h"

@@ -14,7 +14,7 @@
 
 #include "engine/app/live/session.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 #include "engine/session/session_data.h"
 #include "engine/session/strings.h"

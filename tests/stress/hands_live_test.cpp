@@ -20,7 +20,7 @@
 #include <thread>
 #include <utility>
 
-#include "engine/app/live/workbench.h"
+#include "engine/app/workbench.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"

@@ -16,7 +16,7 @@
 #include "engine/app/live/session.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/session_recorder.h"
+#include "engine/app/session_recorder.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"

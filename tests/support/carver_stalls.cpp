@@ -8,7 +8,7 @@
 #include <random>
 
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 #include "haptics/scripted_hand.h"
 

@@ -9,7 +9,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/base/units.h"
 
 namespace typodont::test {

@@ -13,7 +13,7 @@
 #include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"

@@ -6,7 +6,7 @@
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/hands/task_student.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 
 namespace typodont::test {
 

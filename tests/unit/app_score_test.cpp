@@ -4,8 +4,8 @@
 #include <chrono>
 #include <fstream>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/task/task.h"
+#include "engine/app/workbench.h"
 #include "engine/session/session_file.h"
 #include "tests/support/session_fixture.h"
 

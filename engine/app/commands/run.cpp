@@ -8,10 +8,10 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/live/workbench.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"

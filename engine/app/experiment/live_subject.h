@@ -6,8 +6,8 @@
 #include <string>
 
 #include "engine/app/experiment/experiment.h"
-#include "engine/app/live/workbench.h"
 #include "engine/app/scene.h"
+#include "engine/app/workbench.h"
 
 namespace typodont {
 

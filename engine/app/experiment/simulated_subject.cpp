@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/app/session_start.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/base/error.h"
 
 namespace typodont {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/app/scene.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/output.h"

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "engine/app/scene.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "haptics/haptic_device.h"
 #include "haptics/tissue_volume.h"
 

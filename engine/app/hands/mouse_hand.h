@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/output.h"
 #include "haptics/haptic_device.h"

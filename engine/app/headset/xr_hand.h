@@ -7,7 +7,7 @@
 
 #include <memory>
 
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {

@@ -11,7 +11,7 @@
 
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/display/display_rig.h"
 #include "engine/session/strings.h"

@@ -10,7 +10,7 @@
 
 #include "engine/app/operator/state.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "haptics/tissue_volume.h"

@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/choices.h"
@@ -28,6 +27,7 @@
 #include "engine/app/operator/state.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/workbench.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"

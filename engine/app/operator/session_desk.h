@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/state.h"
 #include "engine/app/scene.h"
+#include "engine/app/workbench.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {

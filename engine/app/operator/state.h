@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "engine/app/live/workbench.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/file_field.h"
 #include "engine/app/operator/interface_window.h"
@@ -20,6 +19,7 @@
 #include "engine/app/planning/implant_planner.h"
 #include "engine/app/planning/scan_fusion.h"
 #include "engine/app/planning/scan_review.h"
+#include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/render/picture.h"
 #include "engine/session/score.h"

@@ -2,7 +2,7 @@
 // thread only.
 #pragma once
 
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/contract/contact.h"
 #include "engine/session/task.h"
 

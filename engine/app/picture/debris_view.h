@@ -9,7 +9,7 @@
 #include "engine/app/picture/film_picture.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/nozzles.h"
 #include "engine/debris/debris.h"

@@ -18,7 +18,7 @@
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/wiring.h"
 #include "engine/session/explore.h"
 #include "engine/session/score.h"
 

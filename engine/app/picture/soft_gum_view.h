@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "engine/render/renderer.h"
 #include "haptics/soft_tissue.h"
 

@@ -15,7 +15,7 @@
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "engine/app/session_recorder.h"
 #include "engine/app/surroundings/soft_gum.h"
-#include "engine/app/tapes/session_recorder.h"
 
 namespace typodont {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/app/scene.h"
-#include "engine/app/tapes/sides.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/sides.h"
+#include "engine/app/tapes.h"
 #include "engine/session/session_file.h"
 #include "haptics/soft_tissue.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/session_recorder.h"
+#include "engine/app/session_recorder.h"
 
 namespace typodont {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/app/session_recorder.h"
 #include "engine/app/session_start.h"
-#include "engine/app/tapes/session_recorder.h"
-#include "engine/app/tapes/sides.h"
+#include "engine/app/sides.h"
 #include "engine/bindings/c/call.h"
 #include "engine/surface/surface_mesher.h"
 #include "haptics/patch_exchange.h"

@@ -1,4 +1,4 @@
-#include "engine/app/tapes/sides.h"
+#include "engine/app/sides.h"
 
 #include "engine/base/error.h"
 

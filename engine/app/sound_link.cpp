@@ -1,4 +1,4 @@
-#include "engine/app/tapes/sound_link.h"
+#include "engine/app/sound_link.h"
 
 #include <fmt/format.h>
 

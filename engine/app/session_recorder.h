@@ -12,7 +12,7 @@
 
 #include "audio/tick_voice.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_data.h"
 #include "engine/session/session_file.h"

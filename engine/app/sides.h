@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "haptics/carver.h"
 #include "haptics/patch_exchange.h"
 #include "haptics/servo.h"

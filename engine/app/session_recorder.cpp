@@ -1,4 +1,4 @@
-#include "engine/app/tapes/session_recorder.h"
+#include "engine/app/session_recorder.h"
 
 #include <algorithm>
 #include <array>

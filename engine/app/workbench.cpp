@@ -1,4 +1,4 @@
-#include "engine/app/live/workbench.h"
+#include "engine/app/workbench.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -25,11 +25,11 @@
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/tapes/session_recorder.h"
-#include "engine/app/tapes/sound_link.h"
-#include "engine/app/tapes/wiring.h"
+#include "engine/app/session_recorder.h"
+#include "engine/app/sound_link.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
+#include "engine/app/wiring.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/interrupt.h"

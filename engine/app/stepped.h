@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "engine/app/scene.h"
-#include "engine/app/tapes/sides.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/sides.h"
+#include "engine/app/tapes.h"
 #include "haptics/haptic_device.h"
 #include "haptics/lockstep.h"
 

@@ -15,7 +15,7 @@
 #include "audio/drill_synth.h"
 #include "audio/tick_voice.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 
 namespace typodont {
 

@@ -1,4 +1,4 @@
-#include "engine/app/tapes/stepped.h"
+#include "engine/app/stepped.h"
 
 #include <cmath>
 #include <limits>

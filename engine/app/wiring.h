@@ -7,7 +7,7 @@
 #include <atomic>
 #include <vector>
 
-#include "engine/app/tapes/tapes.h"
+#include "engine/app/tapes.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
