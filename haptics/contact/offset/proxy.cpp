@@ -614,6 +614,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;
   }
+  if (overlap_ > 0 || p.deep) out.faults |= bits(Fault::kDeepPenetration);
   if (p.lost) out.faults |= bits(Fault::kPatchEdge);
   if (retreat_.wedged || retreat_.leading) out.faults |= bits(Fault::kWedged);
 }
