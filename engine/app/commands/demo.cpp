@@ -117,6 +117,7 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
 /// Runs the demonstration. Writes pictures, films (stereo and mono), sound, session and report to the folder `out`, and
 /// prints their names. Throws Error or RunFailure.
 void run(const Options& options) {
+  const Nanos began = now();
   Progress progress("demo");
   std::error_code code;
   fs::create_directories(options.out, code);
@@ -173,8 +174,7 @@ void run(const Options& options) {
   Pace second(0.35), frame_pace(options.film ? 0.25 : 0.12), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;
-  const Nanos began = now();
-  Nanos last = began;
+  Nanos last = now();
   const auto lap = [&] { return to_seconds(now() - std::exchange(last, now())); };
   std::uint64_t frames = 0;
   double fraction = 0;
