@@ -4,7 +4,10 @@
 #include <malloc.h>
 #include <pthread.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cfenv>
@@ -74,6 +77,10 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
     }
   }
   return granted;
+}
+
+void lower_priority(int nice) noexcept {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
 }
 
 std::string realtime_refusal() {

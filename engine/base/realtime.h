@@ -25,6 +25,9 @@ struct RealtimeGranted {
 /// For the calling thread. Never throws; without SCHED_FIFO it runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
+/// Of the calling thread, to this nice value (1 to 19). Errors are ignored.
+void lower_priority(int nice) noexcept;
+
 /// Why SCHED_FIFO is refused and how to fix it; empty: granted. Asks in its own thread.
 std::string realtime_refusal();
 

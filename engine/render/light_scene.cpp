@@ -359,6 +359,11 @@ struct LightScene::Impl {
     cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
   }
 
+  template <class Each>
+  void share(std::size_t count, const Each& each) const {
+    in_parallel(count, each, stop);
+  }
+
   /// Computes the key of the rays in the cache.
   std::uint64_t key_of(const BoxInWorld& box) const {
     Sha256 key;
@@ -451,45 +456,38 @@ struct LightScene::Impl {
 
   void cast_rays() {
     met.resize(samples.size() * kRays);
-    in_parallel(
-        samples.size(),
-        [&](std::size_t s) {
-          Sample& sample = samples[s];
-          // Every fourth ray is cast first, to find out whether the sample is inside a body. If the sample is inside,
-          // and the nearest surface is less than 1.75 grid spacings away, the sample's rays start just outside this
-          // surface.
-          constexpr std::size_t kFew = 4;
-          int backs = 0;
-          float nearest = static_cast<float>(1.75 * empty.spacing);
-          glm::vec3 out(0);
-          for (std::size_t r = 0; r < kRays; r += kFew) {
-            RayTree::Hit hit;
-            if (!tree.cast(sample.p, directions[r], hit, false) || !hit.back) continue;
-            ++backs;
-            if (hit.way < nearest) nearest = hit.way, out = directions[r] * (hit.way + 3 * kMargin);
-          }
-          if (backs > kInside * kRays / kFew) {
-            sample.valid = out != glm::vec3(0);
-            if (!sample.valid) return;
-            sample.p += out;
-          }
-          backs = 0;
-          for (std::size_t r = 0; r < kRays; ++r) {
-            met[s * kRays + r] = met_from(sample.p, directions[r]);
-            backs += met[s * kRays + r] == kBack;
-          }
-          sample.valid = backs <= kInside * kRays;
-        },
-        stop);
+    share(samples.size(), [&](std::size_t s) {
+      Sample& sample = samples[s];
+      // Every fourth ray is cast first, to find out whether the sample is inside a body. If the sample is inside, and
+      // the nearest surface is less than 1.75 grid spacings away, the sample's rays start just outside this surface.
+      constexpr std::size_t kFew = 4;
+      int backs = 0;
+      float nearest = static_cast<float>(1.75 * empty.spacing);
+      glm::vec3 out(0);
+      for (std::size_t r = 0; r < kRays; r += kFew) {
+        RayTree::Hit hit;
+        if (!tree.cast(sample.p, directions[r], hit, false) || !hit.back) continue;
+        ++backs;
+        if (hit.way < nearest) nearest = hit.way, out = directions[r] * (hit.way + 3 * kMargin);
+      }
+      if (backs > kInside * kRays / kFew) {
+        sample.valid = out != glm::vec3(0);
+        if (!sample.valid) return;
+        sample.p += out;
+      }
+      backs = 0;
+      for (std::size_t r = 0; r < kRays; ++r) {
+        met[s * kRays + r] = met_from(sample.p, directions[r]);
+        backs += met[s * kRays + r] == kBack;
+      }
+      sample.valid = backs <= kInside * kRays;
+    });
     met_by_images.assign(imaged.size() * kImageRays, kBack);
-    in_parallel(
-        imaged.size(),
-        [&](std::size_t i) {
-          const Sample& sample = samples[imaged[i]];
-          for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
-            met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
-        },
-        stop);
+    share(imaged.size(), [&](std::size_t i) {
+      const Sample& sample = samples[imaged[i]];
+      for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
+        met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
+    });
     // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in their place.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     const auto renumber = [&](std::int32_t& m) {
@@ -559,18 +557,15 @@ struct LightScene::Impl {
     grid.faces.assign(LightGrid::kFaces * grid.samples(), glm::vec4(0));
 
     std::vector<glm::vec3> direct(used.size()), radiance(used.size()), middles(used.size()), normals(used.size());
-    in_parallel(
-        used.size(),
-        [&](std::size_t i) {
-          const LitTriangle& t = triangles[used[i]];
-          const glm::vec3 n = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
-          const float length = glm::length(n);
-          normals[i] = length > 0 ? n / length : glm::vec3(0);
-          middles[i] = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
-          const float facing = glm::dot(normals[i], sources.toward_lamp);
-          if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
-        },
-        stop);
+    share(used.size(), [&](std::size_t i) {
+      const LitTriangle& t = triangles[used[i]];
+      const glm::vec3 n = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
+      const float length = glm::length(n);
+      normals[i] = length > 0 ? n / length : glm::vec3(0);
+      middles[i] = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
+      const float facing = glm::dot(normals[i], sources.toward_lamp);
+      if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
+    });
 
     // Weight of each ray in the light of a surface that faces +x, -x, +y, -y, +z or -z.
     std::array<std::array<float, kRays>, LightGrid::kFaces> weights;
@@ -585,39 +580,30 @@ struct LightScene::Impl {
     std::vector<std::uint8_t> known(grid.samples(), 0);
     std::vector<float> lamp(samples.size());
     for (const Sample& s : samples) known[s.at] = s.valid;
-    in_parallel(
-        samples.size(),
-        [&](std::size_t s) {
-          if (samples[s].valid) lamp[s] = lamp_seen(samples[s].p, sources);
-        },
-        stop);
+    share(samples.size(), [&](std::size_t s) {
+      if (samples[s].valid) lamp[s] = lamp_seen(samples[s].p, sources);
+    });
     const std::size_t stride = grid.samples();
     for (int bounce = 0; bounce <= bounces; ++bounce) {
       if (bounce > 0)
-        in_parallel(
-            used.size(),
-            [&](std::size_t i) {
-              const glm::vec3 arrives = glm::vec3(light_at(grid, dvec3(middles[i]), normals[i]));
-              radiance[i] = triangles[used[i]].reflected(direct[i], arrives);
-            },
-            stop);
-      in_parallel(
-          samples.size(),
-          [&](std::size_t s) {
-            if (!samples[s].valid) return;
-            std::array<glm::vec3, LightGrid::kFaces> sums{};
-            std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of the rays that have light
-            for (std::size_t r = 0; r < kRays; ++r) {
-              const std::int32_t m = met[s * kRays + r];
-              if (m == kBack) continue;
-              const glm::vec3& light = m == kNothing ? outside[r] : radiance[static_cast<std::size_t>(m)];
-              for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
-                sums[f] += weights[f][r] * light, seen[f] += weights[f][r];
-            }
-            for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
-              grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kLeastSeen), lamp[s]);
-          },
-          stop);
+        share(used.size(), [&](std::size_t i) {
+          const glm::vec3 arrives = glm::vec3(light_at(grid, dvec3(middles[i]), normals[i]));
+          radiance[i] = triangles[used[i]].reflected(direct[i], arrives);
+        });
+      share(samples.size(), [&](std::size_t s) {
+        if (!samples[s].valid) return;
+        std::array<glm::vec3, LightGrid::kFaces> sums{};
+        std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of the rays that have light
+        for (std::size_t r = 0; r < kRays; ++r) {
+          const std::int32_t m = met[s * kRays + r];
+          if (m == kBack) continue;
+          const glm::vec3& light = m == kNothing ? outside[r] : radiance[static_cast<std::size_t>(m)];
+          for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
+            sums[f] += weights[f][r] * light, seen[f] += weights[f][r];
+        }
+        for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
+          grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kLeastSeen), lamp[s]);
+      });
       fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {
         for (int f = 0; f < LightGrid::kFaces; ++f) {
           glm::vec4 sum(0);
@@ -656,26 +642,23 @@ struct LightScene::Impl {
       const auto z = static_cast<std::size_t>(grid.size.z), y = static_cast<std::size_t>(grid.size.y);
       return glm::ivec3(at / (z * y), at / z % y, at % z);
     };
-    in_parallel(
-        imaged.size(),
-        [&](std::size_t i) {
-          const Sample& sample = samples[imaged[i]];
-          if (!sample.valid) return;
-          for (int n = 0; n < kSide * kSide; ++n) {
-            glm::vec3 sum(0);
-            float seen = 0, all = 0;
-            for (const Part& part : parts[static_cast<std::size_t>(n)]) {
-              all += part.weight;
-              const std::int32_t m = met_by_images[i * kImageRays + part.ray];
-              if (m == kBack) continue;
-              sum += part.weight * (m == kNothing ? outside[part.ray] : radiance[static_cast<std::size_t>(m)]);
-              seen += part.weight;
-            }
-            grid.images[grid.image_index({n % kSide, n / kSide}, place_of(sample.at))] =
-                sum / std::max(seen, kLeastSeen * all);
-          }
-        },
-        stop);
+    share(imaged.size(), [&](std::size_t i) {
+      const Sample& sample = samples[imaged[i]];
+      if (!sample.valid) return;
+      for (int n = 0; n < kSide * kSide; ++n) {
+        glm::vec3 sum(0);
+        float seen = 0, all = 0;
+        for (const Part& part : parts[static_cast<std::size_t>(n)]) {
+          all += part.weight;
+          const std::int32_t m = met_by_images[i * kImageRays + part.ray];
+          if (m == kBack) continue;
+          sum += part.weight * (m == kNothing ? outside[part.ray] : radiance[static_cast<std::size_t>(m)]);
+          seen += part.weight;
+        }
+        grid.images[grid.image_index({n % kSide, n / kSide}, place_of(sample.at))] =
+            sum / std::max(seen, kLeastSeen * all);
+      }
+    });
     fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {
       for (int n = 0; n < kSide * kSide; ++n) {
         const glm::ivec2 node(n % kSide, n / kSide);

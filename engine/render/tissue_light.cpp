@@ -196,6 +196,11 @@ struct TissueLight::Impl {
     return {glm::max(box.lo - by, glm::ivec3(0)), glm::min(box.hi + by, grid.size - 1)};
   }
 
+  template <class Each>
+  void share(std::size_t count, const Each& each, std::size_t block = 32) const {
+    in_parallel(count, each, stop, block);
+  }
+
   Impl(const BoxInWorld& box, double cell, int walks_of, const std::array<Look, kMatterCount>& looks_of,
        std::stop_token stop_of)
       : walks(walks_of), looks(looks_of), stop(std::move(stop_of)) {
@@ -255,7 +260,7 @@ struct TissueLight::Impl {
       for (const LitTriangle* const t : slabs[slab]) measure_triangle(*t, layers, result);
     };
     if (slabs.size() > 4)
-      in_parallel(slabs.size(), measure_slab, stop, 1);
+      share(slabs.size(), measure_slab, 1);
     else
       for (std::size_t slab = 0; slab < slabs.size(); ++slab) measure_slab(slab);
     each_cell(box, [&](const glm::ivec3& i) {
@@ -721,19 +726,14 @@ struct TissueLight::Impl {
     const auto of_each = static_cast<std::size_t>(walks);
     std::vector<Exit> exits(count * of_each);
     std::vector<glm::vec3> outer(count), next(count);
-    in_parallel(
-        count,
-        [&](std::size_t i) {
-          outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
-          if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * of_each]);
-        },
-        stop);
+    share(count, [&](std::size_t i) {
+      outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
+      if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * of_each]);
+    });
     for (int bounce = 0; bounce <= kBounces; ++bounce) {
-      in_parallel(
-          count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * of_each]); }, stop);
+      share(count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * of_each]); });
       if (bounce == kBounces) break;
-      in_parallel(
-          count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); }, stop);
+      share(count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); });
       for (std::size_t i = 0; i < count; ++i) elements[i].arrives = next[i];
     }
   }
@@ -853,8 +853,7 @@ struct TissueLight::Impl {
     };
     constexpr std::size_t kMany = 10'000;  // fewer cells take less time than starting other threads
     if (cells.size() > kMany)
-      in_parallel(
-          cells.size(), [&](std::size_t k) { smooth(cells[k]); }, stop);
+      share(cells.size(), [&](std::size_t k) { smooth(cells[k]); });
     else
       for (const std::size_t at : cells) smooth(at);
     for (const std::size_t at : cells) {

@@ -1,15 +1,12 @@
 #include "engine/app/picture/live_views.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/realtime.h"
 
 namespace typodont {
 
@@ -248,7 +245,7 @@ std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
 }
 
 void LiveViews::run() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+  lower_priority(kNice);
   std::optional<TaskEvaluator> judge;
   PerTissue before{};
   if (judged_at_all_) try {

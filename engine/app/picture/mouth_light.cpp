@@ -1,14 +1,11 @@
 #include "engine/app/picture/mouth_light.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <system_error>
 #include <utility>
 
 #include "engine/base/in_parallel.h"
+#include "engine/base/realtime.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -69,10 +66,11 @@ void MouthLight::compute(const render::LightSources& sources) {
   tissue_.light(sources, grid_);
 }
 
-void MouthLight::start(const render::LightSources& sources) {
+/// Returns false if the system grants no thread.
+bool MouthLight::start(const render::LightSources& sources) {
   done_ = false;
   const auto work = [this, sources] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+    lower_priority(kNice);
     try {
       compute(sources);
     } catch (const Stopped&) {
@@ -83,27 +81,26 @@ void MouthLight::start(const render::LightSources& sources) {
   };
   try {
     worker_ = std::jthread(work);
-  } catch (const std::system_error&) {  // no thread left
-    compute(sources);
-    done_ = true;
+  } catch (const std::system_error&) {
+    return false;
   }
+  return true;
 }
 
-/// Hands finished light over. Returns false while the worker works.
-bool MouthLight::computed(render::Renderer& renderer) {
-  if (!done_.load(std::memory_order_acquire)) return false;
-  if (worker_.joinable()) worker_.join();
+void MouthLight::hand_over(render::Renderer& renderer) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   renderer.set_light(grid_, tissue_.grid());
   grid_ = {};
   for (const Put& put : std::exchange(waiting_, {})) tissue_.put(put.bricks, put.origin);
-  done_ = false;
-  return true;
 }
 
 void MouthLight::follow(const render::Lights& lights, render::Renderer& renderer) {
   tooth_known_ = true;
-  if (worker_.joinable() && !computed(renderer)) return;
+  if (worker_.joinable()) {
+    if (!done_.load(std::memory_order_acquire)) return;
+    worker_.join();
+    hand_over(renderer);
+  }
   if (lit_by_ && same_light(lights, *lit_by_)) {
     const render::CellBox changed = tissue_.refresh(kRefreshed);
     if (!changed.empty()) renderer.update_tissue_light(tissue_.grid().values, changed);
@@ -111,13 +108,9 @@ void MouthLight::follow(const render::Lights& lights, render::Renderer& renderer
   }
   lit_by_ = lights;
   const render::LightSources sources = render::sources_of(lights);
-  if (when_ == When::kInBackground) {
-    start(sources);
-    return;
-  }
+  if (when_ == When::kInBackground && start(sources)) return;
   compute(sources);
-  done_ = true;
-  computed(renderer);
+  hand_over(renderer);
 }
 
 }  // namespace typodont

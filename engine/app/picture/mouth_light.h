@@ -38,8 +38,8 @@ class MouthLight {
 
  private:
   void compute(const render::LightSources& sources);
-  void start(const render::LightSources& sources);
-  bool computed(render::Renderer& renderer);
+  bool start(const render::LightSources& sources);
+  void hand_over(render::Renderer& renderer);
 
   const Surroundings& around_;
   const std::array<render::Look, render::kMatterCount> looks_;
@@ -49,7 +49,7 @@ class MouthLight {
   std::vector<render::LitTriangle> tooth_;  // at the first frame
   bool tooth_known_ = false;
   std::optional<render::Lights> lit_by_;
-  // Of the worker from start() until `done_`.
+  // Used by the worker alone, from start() until `done_`.
   render::TissueLight tissue_;
   std::optional<render::LightScene> bodies_;
   render::LightGrid grid_;
