@@ -23,11 +23,16 @@ constexpr int kTolerance = 6, kPixels = 120;
 
 const render::Quality& kMedium = render::kQualityLadder[1];
 
+display::DisplayRig closeup() {
+  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
+  rig.screen.pixels = {640, 256};
+  return rig;
+}
+
 TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
-  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
-  rig.screen.pixels = {640, 256};
+  const display::DisplayRig rig = closeup();
   PictureStage::Options options;
   options.validation = true;
   options.hud = false;
@@ -74,8 +79,7 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const Surroundings around = make_surroundings(scene.surroundings);
-  display::DisplayRig open = display::load_rig(assets_folder() / "rigs/closeup.json");
-  open.screen.pixels = {640, 256};
+  const display::DisplayRig open = closeup();
   // The same picture for a half mirror. Its panel shows the mirror image, with left and right exchanged.
   display::DisplayRig half = open;
   half.kind = display::DisplayKind::kMirror;
@@ -119,8 +123,7 @@ TEST(MouthLight, OfTheBackgroundArrivesAfterTheFirstPictureWhichThenEqualsThatOf
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const Surroundings around = make_surroundings(scene.surroundings);
-  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
-  rig.screen.pixels = {640, 256};
+  const display::DisplayRig rig = closeup();
   TissueView view;
   const std::vector<render::MeshUpdate> tooth = view.update(volume);
   World world(scene);
