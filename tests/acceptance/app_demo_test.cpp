@@ -89,7 +89,7 @@ TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheL
   }
 }
 
-TEST(Demo, DrawsInFullHdForEachEyeByDefault) {
+TEST(Demo, TheRigOfTheWholeFilmIsFullHdForEachEye) {
   const Json rig = Json::load("assets/rigs/film.json");
   EXPECT_EQ(rig["screen"]["layout"].string(), "side_by_side");
   EXPECT_EQ(rig["screen"]["pixels"].numbers(2), (std::vector<double>{2 * 1920, 1080}));

@@ -67,7 +67,7 @@ constexpr double kStep = 1.0 / 25;       // s, between two looks at the session
 constexpr double kPictureEvery = 10;     // s, between two pictures "at_…"
 constexpr glm::ivec2 kQuick{1280, 720};  // pixels, one eye's picture without --film
 
-/// Mean time (s) of one piece of work. Begins with the time on two cores.
+/// Running mean of the time that a piece of work takes, s. Starts from an estimate for two cores.
 class Pace {
  public:
   explicit Pace(double seconds) : each_(seconds) {}
@@ -90,6 +90,13 @@ render::Quality film_quality() {
   return quality;
 }
 
+/// Writes one eye's last picture, with its text.
+void write_eye(PictureStage& stage, int eye, const fs::path& file) {
+  render::Picture picture = stage.eye(eye);
+  stage.write_over(picture);
+  render::write_png(file, picture);
+}
+
 /// Writes the pictures of one moment: the picture of each eye, and the picture on the screen.
 void write_pictures(PictureStage& stage, World& world, const Look& look, const fs::path& folder,
                     const std::string& name, std::vector<session::SessionPicture>& kept, const std::string& title) {
@@ -97,11 +104,7 @@ void write_pictures(PictureStage& stage, World& world, const Look& look, const f
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
   stage.draw(world, look);
-  for (const int eye : {0, 1}) {
-    render::Picture picture = stage.eye(eye);
-    stage.write_over(picture);
-    render::write_png(folder / (name + (eye == 0 ? "_left.png" : "_right.png")), picture);
-  }
+  for (const int eye : {0, 1}) write_eye(stage, eye, folder / (name + (eye == 0 ? "_left.png" : "_right.png")));
   render::write_png(folder / (name + "_screen.png"), stage.screen());
   kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
   stage.set_quality(of_film);
@@ -187,6 +190,10 @@ void run(const Options& options) {
     fraction = std::max(fraction, passed / (passed + left));
     progress.at(fraction);
   };
+  const auto draw = [&] {
+    stage.show(view.update(carver), frame.origin);
+    stage.draw(world);
+  };
   const auto take_pictures = [&](const std::string& name, const char* title, const Look& shown) {
     lap();
     stage.show(view.update(carver), frame.origin);
@@ -223,8 +230,7 @@ void run(const Options& options) {
       next_look += kStep;
     }
     if (films) {
-      stage.show(view.update(carver), frame.origin);
-      stage.draw(world);
+      draw();
       const render::Picture screen = stage.screen(), left = stage.eye(0);
       if (!film) {
         film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
@@ -242,12 +248,9 @@ void run(const Options& options) {
       if (!options.film) film_began = next_frame = t;
     }
     if (t >= next_picture) {
-      stage.show(view.update(carver), frame.origin);
-      stage.draw(world);
-      render::Picture left = stage.eye(0);
-      stage.write_over(left);
+      draw();
       const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
-      render::write_png(file, left);
+      write_eye(stage, 0, file);
       log::info("drew {}", file.string());
       next_picture += kPictureEvery;
       lap();
