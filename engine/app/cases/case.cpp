@@ -37,6 +37,18 @@ std::string pretty(double value) {
   return fmt::format("{:.2g}", value);
 }
 
+/// Rounded to 0.1 µm.
+double in_mm(double metres) {
+  return std::round(metres / kMillimetre * 1e4) * 1e-4;
+}
+
+/// A family's teeth.
+std::vector<std::string> teeth_of(const Json& family) {
+  std::vector<std::string> teeth;
+  for (const Json& tooth : family["teeth"].items()) teeth.push_back(tooth.string());
+  return teeth;
+}
+
 /// Along a–b (x, y), from the fissure down: narrow in the enamel, widest at its border, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
@@ -64,16 +76,14 @@ struct Draft {
   std::optional<Lesion> lesion;
 
   double mm(const char* name) const { return out.parameters.at(name) * kMillimetre; }
-  Ordered point(const dvec3& p) const { return in_mm(p + offset); }
-  static Ordered in_mm(const dvec3& p) {
-    const auto round = [](double x) { return std::round(x / kMillimetre * 1e4) * 1e-4; };
-    return {round(p.x), round(p.y), round(p.z)};
+  Ordered point(const dvec3& p) const {
+    const dvec3 q = p + offset;
+    return {in_mm(q.x), in_mm(q.y), in_mm(q.z)};
   }
   double above() const { return out.tooth.crown + 3e-3; }
   Ordered halfspace(const dvec3& normal, const dvec3& on) const {
-    const double offset_mm = glm::dot(normal, on + offset) / kMillimetre;
-    return {
-        {"halfspace", {{"normal", {normal.x, normal.y, normal.z}}, {"offset_mm", std::round(offset_mm * 1e4) * 1e-4}}}};
+    return {{"halfspace",
+             {{"normal", {normal.x, normal.y, normal.z}}, {"offset_mm", in_mm(glm::dot(normal, on + offset))}}}};
   }
   Ordered shaft(const glm::dvec2& at, double floor, double radius) const {
     const double height = above() - floor;
@@ -198,7 +208,7 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
     if (seen[first] || !in(first)) continue;
     ++count;
     seen[first] = true;
-    // The band of air around the tooth keeps neighbours inside the arrays.
+    // A band of air surrounds the tooth, so every neighbour has a valid index.
     for (stack.assign(1, first); !stack.empty();) {
       const std::size_t i = stack.back();
       stack.pop_back();
@@ -300,11 +310,9 @@ std::vector<CaseFamily> case_families() {
   std::vector<CaseFamily> families;
   const Json table = families_table();
   for (const std::string& name : table.keys()) {
-    CaseFamily family{
-        name, Json::load(find_scene(table[name]["base"].string()))["task"]["title"]["en"].string(), {}, {}};
-    for (const Json& tooth : table[name]["teeth"].items()) family.teeth.push_back(tooth.string());
-    family.parameters = table[name]["parameters"].keys();
-    families.push_back(family);
+    CaseFamily family{name, Json::load(find_scene(table[name]["base"].string()))["task"]["title"]["en"].string(),
+                      teeth_of(table[name]), table[name]["parameters"].keys()};
+    families.push_back(std::move(family));
   }
   return families;
 }
@@ -314,8 +322,7 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
   const auto family = table.find(request.family);
   if (!family)
     throw Error("case", "", request.family, fmt::format("one of the families {}", fmt::join(table.keys(), ", ")));
-  std::vector<std::string> teeth;
-  for (const Json& tooth : (*family)["teeth"].items()) teeth.push_back(tooth.string());
+  const std::vector<std::string> teeth = teeth_of(*family);
   SplitMix64 random{request.seed};
   std::string tooth = teeth[random.next() % teeth.size()];
   if (!request.tooth.empty()) {

@@ -230,7 +230,7 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
     for (int z = 0; z < out.size.z; ++z) {
       const dvec3 p = at(column, z);
       double d = tooth.distance(p);
-      // First order: value over slope.
+      // Distance to first order: d / |∇d|.
       if (std::abs(d) < 4 * voxel) {
         dvec3 slope;
         for (int a = 0; a < 3; ++a) {

@@ -341,7 +341,7 @@ def erase(one):
         one.delete()
     for sha in shas:
         intake.recording_of(sha).unlink(missing_ok=True)
-        shutil.rmtree(intake.derived(sha, "").parent / sha, ignore_errors=True)
+        shutil.rmtree(intake.derived(sha, ""), ignore_errors=True)
 
 
 @page(ADMIN, methods="POST")
