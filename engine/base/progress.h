@@ -22,9 +22,8 @@ class Progress {
  public:
   /// Another thread shows the progress.
   Progress() = default;
-  /// Shows it on the terminal after a second: one redrawn line with the time left, or a line per
-  /// tenth without a terminal. The first
-  /// SIGINT, SIGTERM or SIGHUP cancels, the second ends the program (interrupt.h). One at a time.
+  /// Shows it and the time left on the terminal after a second: one redrawn line, or a line per tenth without a
+  /// terminal. The first SIGINT, SIGTERM or SIGHUP cancels, the second ends the program (interrupt.h). One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;

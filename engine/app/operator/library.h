@@ -11,6 +11,7 @@
 namespace typodont {
 
 /// Shipped ones in the order of assets/curriculum.json, then own ones by name. Unreadable ones carry their error.
+/// Throws Error if that file cannot be read.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
 /// Made valid for a file or folder.

@@ -23,11 +23,11 @@ REASONS = {
     "macor_speed": "the rate is proportional to the speed at a constant load; the experiments do not say what limits it",
     "enamel_carbide_energy": "only the sign is published, so there is nothing to fit",
     "ceramic_diamond_energy": "the energy per volume of a diamond does not depend on the thickness of the chip",
-    "leucite_ratio_heavy": "the ratio of a diamond is 0.3 in every tissue",
+    "leucite_ratio_heavy": "a diamond's tangential force is 0.3 times its normal force in every tissue",
     "leucite_speed_drop": "the energy per volume of the ceramic and the ratio of the forces are estimates",
     "artificial_energy_exponent": "the exponent is that of bone; the artificial femur has one fitted speed",
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
-    "polymer_jaw": "the jaw's density is not stated; it stands here as the artificial femur",
+    "polymer_jaw": "the jaw's density is not stated; the simulation takes that of the artificial femur",
     "turbine_stalls": "the stronger turbine still turns at a ratio of the forces of 0.3",
 }
 
