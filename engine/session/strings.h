@@ -1,4 +1,4 @@
-// All texts of the reports in three languages (strings.cpp).
+// All texts of the reports in three languages (texts/*.json).
 #pragma once
 
 #include <array>

@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
-#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "engine/base/base64.h"
 #include "engine/base/error.h"
@@ -123,15 +125,19 @@ TEST(Catalogue, EveryTextExistsInEveryLanguageWithTheSamePlaceholders) {
     for (std::size_t i = 0; (i = s.find("{}", i)) != std::string_view::npos; ++i) ++n;
     return n;
   };
-  std::set<std::string_view> seen;
-  for (const std::string_view key : catalogue_keys()) {
-    EXPECT_TRUE(seen.insert(key).second) << key << " twice";
+  const std::vector<std::string_view> keys = catalogue_keys();
+  std::size_t lines = 0;  // a key that stands twice has one text only
+  for (const char* part : {"report", "operator", "hud"}) {
+    std::ifstream file(fmt::format("engine/session/texts/{}.json", part));
+    for (std::string line; std::getline(file, line);) lines += line.starts_with('"');
+  }
+  EXPECT_EQ(lines, keys.size());
+  for (const std::string_view key : keys) {
     for (const Language language : {Language::kEnglish, Language::kGerman, Language::kChinese}) {
       EXPECT_FALSE(text(key, language).empty()) << key;
       EXPECT_EQ(gaps(text(key, language)), gaps(text(key, Language::kEnglish))) << key;
     }
   }
-  EXPECT_GT(seen.size(), 100u);
 }
 
 TEST(Catalogue, NamesEveryTissueFaultEventAndScore) {

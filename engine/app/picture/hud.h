@@ -1,5 +1,4 @@
-// Texts over the picture of a session, in the user's language. The text catalogue is
-// engine/session/page/strings_hud.cpp.
+// Texts over the picture of a session, in the user's language, from engine/session/texts/hud.json.
 #pragma once
 
 #include <fmt/format.h>

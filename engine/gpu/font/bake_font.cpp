@@ -1,7 +1,6 @@
 // Build tool: fonts to an atlas of signed distances with metrics, as C++.
 //   bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]
-// FONT: Latin. CHINESE_FONT: the Chinese characters of the text files: all of a .json, of a catalogue (.cpp) those
-// over a picture.
+// FONT: Latin. CHINESE_FONT: the Chinese characters of the text files.
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -11,12 +10,14 @@
 #include <stb/stb_truetype.h>
 #pragma GCC diagnostic pop
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,19 +52,14 @@ void add_chinese(std::string_view text, std::set<int>& characters) {
   }
 }
 
-/// Adds the Chinese characters of a file.
+/// Adds the Chinese characters of a file; of a catalogue, one entry a line, only of texts over a picture.
 void read_text(const std::string& file, std::set<int>& characters) {
-  // prefixes of keys over a picture
-  constexpr std::array<std::string_view, 4> kShown{"hud.", "tool.", "implant.note.", "op.quality."};
-  const std::string text = content_of(file.c_str());
-  if (!file.ends_with(".cpp")) return add_chinese(text, characters);
-  for (std::size_t at = 0; (at = text.find("{\"", at)) != std::string::npos; ++at) {
-    for (const std::string_view prefix : kShown) {
-      if (text.compare(at + 2, prefix.size(), prefix) != 0) continue;
-      const std::size_t end = text.find("}}", at);
-      add_chinese(std::string_view(text).substr(at, end == std::string::npos ? end : end - at), characters);
-    }
-  }
+  constexpr std::array<std::string_view, 4> kShown{"\"hud.", "\"tool.", "\"implant.note.", "\"op.quality."};
+  const bool all = file.find("/texts/") == std::string::npos;
+  std::istringstream lines(content_of(file.c_str()));
+  for (std::string line; std::getline(lines, line);)
+    if (all || std::any_of(kShown.begin(), kShown.end(), [&](auto prefix) { return line.starts_with(prefix); }))
+      add_chinese(line, characters);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 """Texts in three languages."""
-from . import score_words
+import json
+from . import settings
 
 LANGUAGES = {"en": "English", "de": "Deutsch", "zh": "中文"}
 TEXTS = {
@@ -118,6 +119,7 @@ TEXTS = {
     "unclaimed": ("Sessions without a known student", "Sitzungen ohne bekannte Person", "未匹配学生的记录"),
     "all_attempts": ("All attempts", "Alle Versuche", "全部记录"),
 }
+PROGRAM = json.loads((settings.TREE / "engine/session/texts/report.json").read_text())  # the reports' texts
 COLUMN = {language: i for i, language in enumerate(LANGUAGES)}
 
 
@@ -127,12 +129,12 @@ def say(language, key, **values):
 
 def item(language, name):
     """Returns the title of a score's item, in the program's words."""
-    return score_words.ITEMS[name][COLUMN[language]] if name in score_words.ITEMS else name.replace("_", " ")
+    return PROGRAM.get("score." + name, [name.replace("_", " ")] * 3)[COLUMN[language]]
 
 
 def place(language, keys):
     """Says a place, whose keys are such as `part.wall side.lingual`."""
-    return ", ".join(score_words.PLACES[key][COLUMN[language]] if key in score_words.PLACES else key for key in keys.split())
+    return ", ".join(PROGRAM.get("place." + key, [key] * 3)[COLUMN[language]] for key in keys.split())
 
 
 def language_of(request):
