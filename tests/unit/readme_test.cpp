@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -225,28 +224,17 @@ TEST(Readme, EveryTestThatAPageNamesExists) {
 
 const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
 
-/// Returns the options that the source file of each command declares. (The file is COMMAND.cpp, with an underscore for
-/// each hyphen.) The option --json is left out, because every command has it.
-std::map<std::string, std::set<std::string>> options_by_command() {
+/// Returns the options that the commands declare.
+std::set<std::string> options_of_commands() {
   static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
-  std::map<std::string, std::set<std::string>> found;
-  for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
-    if (entry.path().stem() == "command_line") continue;  // it reads the options of all
-    std::string command = entry.path().stem();
-    // sound_page.cpp contains a part of the command `sound`
-    const std::string whole = command.substr(0, command.find('_'));
-    if (fs::exists(entry.path().parent_path() / (whole + ".cpp"))) command = whole;
-    std::replace(command.begin(), command.end(), '_', '-');
-    std::set<std::string>& options = found[command];
-    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
-    options.erase("--json");
-  }
+  std::set<std::string> found{"--help", "--json", "--version"};
+  for (const auto& entry : fs::directory_iterator("engine/app/commands"))
+    for (const std::string& declared : all(text_of(entry.path()), string)) found.merge(all(declared, option));
   return found;
 }
 
 TEST(Readme, EveryOptionIsOneOfTheProgram) {
-  std::set<std::string> options{"--help", "--json", "--version"};
-  for (const auto& [command, own] : options_by_command()) options.insert(own.begin(), own.end());
+  const std::set<std::string> options = options_of_commands();
   EXPECT_GT(options.size(), 60u);
   for (const fs::path& page : pages()) {
     std::ifstream in(page);
@@ -257,23 +245,6 @@ TEST(Readme, EveryOptionIsOneOfTheProgram) {
       for (const std::string& name : all(line, kNamedOption))
         EXPECT_TRUE(options.contains(name)) << page << ": " << name;
     }
-  }
-}
-
-TEST(Readme, EveryOptionIsDocumentedWithItsCommand) {
-  std::vector<std::string> paragraphs;
-  static const std::regex empty_line(R"(\n\s*\n)");
-  for (const fs::path& page : pages()) {
-    const std::string text = text_of(page);
-    paragraphs.insert(paragraphs.end(), std::sregex_token_iterator(text.begin(), text.end(), empty_line, -1), {});
-  }
-  for (const auto& [command, options] : options_by_command()) {
-    const std::regex names_it("(?:`|typodont )" + command + R"(\b)");
-    std::set<std::string> told;
-    for (const std::string& paragraph : paragraphs)
-      if (std::regex_search(paragraph, names_it)) told.merge(all(paragraph, kNamedOption));
-    for (const std::string& option : options)
-      EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
   }
 }
 

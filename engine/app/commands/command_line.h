@@ -69,10 +69,10 @@ class Command {
 
   Command* add_command(const std::string& name, const std::string& about);
   /// `name`: "--out", or without "--" for a positional argument. T: string, number, path, or optional or vector of them
-  /// (command_line.cpp).
+  /// (command_line.cpp). `about`: text of the help, which is the only description of the option.
   template <class T>
-  Option* add_option(const std::string& name, T& value, const std::string& about = "");
-  Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
+  Option* add_option(const std::string& name, T& value, const std::string& about);
+  Option* add_flag(const std::string& name, bool& value, const std::string& about);
   /// Text at the end of the help.
   void footer(const std::string& text);
   void version(const std::string& text);
