@@ -3,6 +3,7 @@
 find_package(Threads REQUIRED)            # before glslang
 find_package(glm CONFIG REQUIRED)
 find_package(fmt CONFIG REQUIRED)
+find_package(nlohmann_json CONFIG REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 if(TYPODONT_BUILD_haptics)
   find_package(TBB CONFIG REQUIRED)       # before OpenVDB and Ceres, which disagree on how to find it
@@ -16,7 +17,6 @@ if(TYPODONT_BUILD_haptics)
   endif()
 endif()
 if(TYPODONT_BUILD_audio OR TYPODONT_BUILD_calibration)
-  find_package(nlohmann_json CONFIG REQUIRED)
   find_package(Eigen3 CONFIG REQUIRED)
   if(TYPODONT_SANITIZE)  # else, under AddressSanitizer, Eigen aligns memory in another way than the Ceres that frees it
     target_compile_definitions(Eigen3::Eigen INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)

@@ -93,7 +93,7 @@ struct Tool {
   // Limits filling: the cavity, or the tooth before; null: none.
   std::shared_ptr<const Solid> fill_within;
 
-  // Drawn with the tool: a file of assets/handpieces/, or "none"; empty: by engine/app/handpiece_file.h.
+  // Drawn with the tool: a file of assets/handpieces/, or "none"; empty: by engine/app/scene/handpiece_file.h.
   std::string handpiece;
 
   // for implant surgery; null: not

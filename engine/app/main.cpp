@@ -15,8 +15,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/compute/vulkan_sphere_passes.h"
 #include "engine/app/hands/hands.h"
+#include "engine/app/tissue/vulkan_sphere_passes.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
 #endif

@@ -12,8 +12,8 @@
 #include <sstream>
 
 #include "engine/app/assets.h"
-#include "engine/app/handpiece_file.h"
-#include "engine/app/implant/implant_scene.h"
+#include "engine/app/scene/handpiece_file.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/paint_file.h"

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 #include <variant>
@@ -50,310 +50,151 @@ struct Member {
   Node value;
 };
 
-/// Strictly RFC 8259. Its own parser, so that the haptic core needs no library.
-class Reader {
+/// Reads a text for the parser, and tells how far it was read.
+struct TextIterator {
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  const char* at;
+  const char** read;
+  const char& operator*() const { return *at; }
+  TextIterator& operator++() {
+    *read = ++at;
+    return *this;
+  }
+  bool operator==(const TextIterator& other) const { return at == other.at; }
+  bool operator!=(const TextIterator& other) const { return at != other.at; }
+};
+
+/// Makes nodes of the parser's events. Throws Error.
+class Reader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
 
   Node document() {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skips a byte order mark
-    Node root = value();
-    skip_space();
-    if (at_ < text_.size()) fail();
-    return root;
+    nlohmann::json::sax_parse(TextIterator{text_.data(), &read_}, TextIterator{text_.data() + text_.size(), &read_},
+                              this);
+    return std::move(root_);
+  }
+
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(std::int64_t value) override { return add(value); }
+  bool number_unsigned(std::uint64_t value) override { return add(value); }
+  bool number_float(double value, const std::string&) override { return add(value); }
+  bool string(std::string& value) override { return add(std::move(value)); }
+  bool binary(nlohmann::json::binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return enter(Object{}); }
+  bool start_array(std::size_t) override { return enter(Array{}); }
+  bool end_array() override { return leave(); }
+
+  bool key(std::string& key) override {
+    key_ = std::move(key);
+    if (!open_.back().keys.insert(key_).second)
+      throw Error(name_, fmt::format("line {}, \"{}\"", line(), path_of_next()), "the key twice", "each key once");
+    return true;
+  }
+  bool end_object() override {
+    Object& members = std::get<Object>(open_.back().node->value);
+    std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.key < b.key; });
+    return leave();
+  }
+  bool parse_error(std::size_t position, const std::string& token, const nlohmann::json::exception& e) override {
+    constexpr int kOutOfRange = 406;  // a number
+    if (e.id == kOutOfRange) {
+      throw Error(name_, fmt::format("line {}, \"{}\"", line(), path_of_next()), shorten(token),
+                  "a number of at most 1.8e308");
+    }
+    const std::string_view before = text_.substr(0, position - 1);
+    // On the first line, rfind() gives npos, and npos + 1 is 0.
+    const std::size_t column = 1 + count_characters(before.substr(before.rfind('\n') + 1));
+    throw Error(name_, fmt::format("line {}, column {}", 1 + std::count(before.begin(), before.end(), '\n'), column),
+                "text that is not JSON", "valid JSON");
   }
 
  private:
-  // of nesting; deeper, the destructor would overflow the stack
-  static constexpr int kDeepest = 200;
+  struct Open {
+    Node* node;
+    std::set<std::string> keys;
+    std::string path;  // long keys are shortened
+  };
 
-  /// In characters, from 1.
-  std::size_t column() const {
-    const std::string_view before = text_.substr(0, at_);
-    // On the first line, rfind() gives npos, and npos + 1 is 0.
-    const std::string_view line = before.substr(before.rfind('\n') + 1);
-    return 1 + count_characters(line);
+  /// The last character may be one that only ends a number.
+  std::size_t line() {
+    const char* end = read_ - 1;
+    line_ += static_cast<std::size_t>(std::count(counted_, end, '\n'));
+    counted_ = end;
+    return line_;
   }
-  [[noreturn]] void fail() const {
-    throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");
+  std::string path_of_next() const {
+    if (open_.empty()) return "";
+    const Open& in = open_.back();
+    if (const Array* items = in.node->as<Array>()) return fmt::format("{}[{}]", in.path, items->size());
+    return fmt::format("{}{}{}", in.path, in.path.empty() ? "" : ".", shorten(key_));
   }
-  /// About the value or key at hand.
-  [[noreturn]] void fail(std::string_view found, std::string_view expected) const {
-    throw Error(name_, fmt::format("line {}, \"{}\"", line_, path_), found, expected);
-  }
-  char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
-  bool take(std::string_view word) {
-    if (!text_.substr(at_).starts_with(word)) return false;
-    at_ += word.size();
-    return true;
-  }
-  void expect(std::string_view word) {
-    for (const char c : word) {
-      if (peek() != c) fail();
-      ++at_;
+  template <class T>
+  Node* put(T&& value) {
+    Node* node = &root_;
+    if (!open_.empty()) {
+      Node& in = *open_.back().node;
+      if (Array* items = std::get_if<Array>(&in.value))
+        node = &items->emplace_back();
+      else
+        node = &std::get<Object>(in.value).emplace_back(Member{std::move(key_), {}}).value;
     }
-  }
-  void skip_space() {
-    for (; at_ < text_.size(); ++at_) {
-      const char c = text_[at_];
-      if (c == '\n') ++line_;
-      if (c != ' ' && c != '\t' && c != '\n' && c != '\r') return;
-    }
-  }
-
-  Node value() {
-    skip_space();
-    const std::size_t line = line_;
-    Node node;
-    switch (peek()) {
-      case '{':
-        node.value = object();
-        break;
-      case '[':
-        node.value = array();
-        break;
-      case '"':
-        node.value = string();
-        break;
-      case 't':
-        expect("true");
-        node.value = true;
-        break;
-      case 'f':
-        expect("false");
-        node.value = false;
-        break;
-      case 'n':
-        expect("null");
-        break;
-      default:
-        number(node);
-    }
-    node.line = line;
+    node->value = std::forward<T>(value);
+    node->line = line();
     return node;
   }
-
-  void enter() {
-    ++at_;
-    if (++depth_ > kDeepest) {
-      throw Error(name_, fmt::format("line {}", line_), fmt::format("more than {} nested levels", kDeepest),
+  template <class T>
+  bool add(T&& value) {
+    put(std::forward<T>(value));
+    return true;
+  }
+  template <class T>
+  bool enter(T&& empty) {
+    constexpr std::size_t kDeepest = 200;  // deeper, the destructor would overflow the stack
+    if (open_.size() == kDeepest) {
+      throw Error(name_, fmt::format("line {}", line()), fmt::format("more than {} nested levels", kDeepest),
                   "a flat document");
     }
-    skip_space();
+    std::string path = path_of_next();
+    open_.push_back({put(std::forward<T>(empty)), {}, std::move(path)});
+    return true;
   }
-
-  Array array() {
-    Array items;
-    enter();
-    const std::size_t path = path_.size();
-    if (!take("]")) {
-      do {
-        path_ += fmt::format("[{}]", items.size());
-        items.push_back(value());
-        path_.resize(path);
-        skip_space();
-      } while (take(","));
-      expect("]");
-    }
-    --depth_;
-    return items;
-  }
-
-  Object object() {
-    Object members;
-    std::set<std::string> keys;
-    enter();
-    const std::size_t path = path_.size();
-    if (!take("}")) {
-      do {
-        skip_space();
-        if (peek() != '"') fail();
-        std::string key = string();
-        path_ += fmt::format("{}{}", path > 0 ? "." : "", shorten(key));
-        if (!keys.insert(key).second) fail("the key twice", "each key once");
-        skip_space();
-        expect(":");
-        members.push_back({std::move(key), value()});
-        path_.resize(path);
-        skip_space();
-      } while (take(","));
-      expect("}");
-    }
-    --depth_;
-    std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.key < b.key; });
-    return members;
-  }
-
-  void number(Node& node) {
-    const std::size_t begin = at_;
-    const auto digits = [&] {
-      if (peek() < '0' || peek() > '9') fail();
-      while (peek() >= '0' && peek() <= '9') ++at_;
-    };
-    const bool negative = take("-");
-    if (!take("0")) digits();
-    bool whole = true;
-    if (take(".")) whole = false, digits();
-    if (peek() == 'e' || peek() == 'E') {
-      whole = false, ++at_;
-      if (peek() == '+' || peek() == '-') ++at_;
-      digits();
-    }
-    const char *first = text_.data() + begin, *last = text_.data() + at_;
-    if (whole) {  // over 64 bits: a double, below
-      std::int64_t s = 0;
-      std::uint64_t u = 0;
-      if (negative && std::from_chars(first, last, s).ec == std::errc()) {
-        node.value = s;
-        return;
-      }
-      if (!negative && std::from_chars(first, last, u).ec == std::errc()) {
-        node.value = u;
-        return;
-      }
-    }
-    double d = 0;
-    if (std::from_chars(first, last, d).ec != std::errc()) {  // outside a double's range
-      d = std::strtod(std::string(first, last).c_str(), nullptr);
-      if (!std::isfinite(d)) fail(shorten(std::string(first, last)), "a number of at most 1.8e308");
-    }
-    node.value = d;
-  }
-
-  unsigned four_hex_digits() {
-    unsigned code = 0;
-    const auto hex = text_.substr(at_, 4);
-    if (hex.size() < 4 || std::from_chars(hex.data(), hex.data() + 4, code, 16).ptr != hex.data() + 4) fail();
-    at_ += 4;
-    return code;
-  }
-
-  void append_utf8(std::string& to, unsigned code) {
-    const auto byte = [&](unsigned bits) { to.push_back(static_cast<char>(bits)); };
-    if (code < 0x80) return byte(code);
-    if (code < 0x800) {
-      byte(0xC0 | code >> 6);
-    } else {
-      if (code < 0x10000) {
-        byte(0xE0 | code >> 12);
-      } else {
-        byte(0xF0 | code >> 18), byte(0x80 | (code >> 12 & 0x3F));
-      }
-      byte(0x80 | (code >> 6 & 0x3F));
-    }
-    byte(0x80 | (code & 0x3F));
-  }
-
-  void escape(std::string& to) {
-    constexpr std::string_view kLetters = "\"\\/bfnrt", kMeant = "\"\\/\b\f\n\r\t";
-    const char letter = peek();
-    ++at_;
-    if (letter == 'u') {
-      unsigned code = four_hex_digits();
-      if (code >= 0xDC00 && code < 0xE000) fail();
-      if (code >= 0xD800 && code < 0xDC00) {  // first half of a surrogate pair
-        expect("\\u");
-        const unsigned second = four_hex_digits();
-        if (second < 0xDC00 || second >= 0xE000) fail();
-        code = 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00);
-      }
-      return append_utf8(to, code);
-    }
-    const std::size_t which = kLetters.find(letter);
-    if (letter == '\0' || which == std::string_view::npos) fail();
-    to.push_back(kMeant[which]);
-  }
-
-  /// Shortest encoding only, and no surrogate.
-  void copy_utf8(std::string& to) {
-    const auto lead = static_cast<unsigned char>(text_[at_]);
-    const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
-    if (lead < 0xC2 || lead > 0xF4 || text_.size() - at_ <= static_cast<std::size_t>(more)) fail();
-    unsigned code = lead & (0x3Fu >> more);
-    for (int i = 1; i <= more; ++i) {
-      const auto next = static_cast<unsigned char>(text_[at_ + static_cast<std::size_t>(i)]);
-      if ((next & 0xC0) != 0x80) fail();
-      code = code << 6 | (next & 0x3F);
-    }
-    constexpr unsigned kLeast[] = {0, 0x80, 0x800, 0x10000};
-    if (code < kLeast[more] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) fail();
-    to += text_.substr(at_, static_cast<std::size_t>(more) + 1);
-    at_ += static_cast<std::size_t>(more) + 1;
-  }
-
-  std::string string() {
-    std::string result;
-    for (++at_; at_ < text_.size();) {
-      const auto c = static_cast<unsigned char>(text_[at_]);
-      if (c == '"') {
-        ++at_;
-        return result;
-      }
-      if (c == '\\') {
-        ++at_;
-        escape(result);
-      } else if (c >= 0x80) {
-        copy_utf8(result);
-      } else if (c < 0x20) {
-        fail();
-      } else {
-        result.push_back(static_cast<char>(c));
-        ++at_;
-      }
-    }
-    fail();
+  bool leave() {
+    open_.pop_back();
+    return true;
   }
 
   std::string_view text_, name_;
-  std::size_t at_ = 0, line_ = 1;
-  int depth_ = 0;
-  std::string path_;  // of the value at hand; long keys are shortened
+  const char *read_ = text_.data(), *counted_ = text_.data();
+  std::size_t line_ = 1;
+  Node root_;
+  std::string key_;
+  std::vector<Open> open_;  // a node does not move while it is open
 };
 
-void write(std::string& to, const std::string& text) {
-  to += '"';
-  for (const char c : text) {
-    constexpr std::string_view kLetters = "\"\\bfnrt", kMeant = "\"\\\b\f\n\r\t";
-    if (const std::size_t which = kMeant.find(c); which != std::string_view::npos) {
-      to += '\\', to += kLetters[which];
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      to += fmt::format("\\u{:04x}", c);
-    } else {
-      to += c;
-    }
-  }
-  to += '"';
-}
-
-void write(std::string& to, const Node& node) {
-  if (node.as<std::nullptr_t>()) to += "null";
-  if (const auto* b = node.as<bool>()) to += *b ? "true" : "false";
-  if (const auto* i = node.as<std::int64_t>()) to += fmt::to_string(*i);
-  if (const auto* u = node.as<std::uint64_t>()) to += fmt::to_string(*u);
-  if (const auto* d = node.as<double>()) {
-    const std::string shortest = fmt::format("{}", *d);
-    to += shortest;
-    if (shortest.find_first_of(".e") == std::string::npos) to += ".0";
-  }
-  if (const auto* s = node.as<std::string>()) write(to, *s);
+nlohmann::ordered_json json_of(const Node& node) {
   if (const auto* array = node.as<Array>()) {
-    to += '[';
-    for (const Node& item : *array) {
-      if (&item != array->data()) to += ',';
-      write(to, item);
-    }
-    to += ']';
+    auto items = nlohmann::ordered_json::array();
+    for (const Node& item : *array) items.push_back(json_of(item));
+    return items;
   }
   if (const auto* object = node.as<Object>()) {
-    to += '{';
-    for (const Member& member : *object) {
-      if (&member != object->data()) to += ',';
-      write(to, member.key);
-      to += ':';
-      write(to, member.value);
-    }
-    to += '}';
+    auto members = nlohmann::ordered_json::object();
+    for (const Member& member : *object) members[member.key] = json_of(member.value);
+    return members;
   }
+  return std::visit(
+      [](const auto& value) -> nlohmann::ordered_json {
+        if constexpr (std::is_constructible_v<nlohmann::ordered_json, decltype(value)>) return value;
+        return nullptr;
+      },
+      node.value);
 }
 
 const Node& as_node(const void* value) {
@@ -531,9 +372,7 @@ const std::filesystem::path& Json::file() const {
 }
 
 std::string Json::text() const {
-  std::string text;
-  write(text, as_node(value_));
-  return text;
+  return json_of(as_node(value_)).dump();
 }
 
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind, Over over) {

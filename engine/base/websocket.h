@@ -1,4 +1,4 @@
-// For client (haptics/devices) and server (engine/app/stream), RFC 6455.
+// For client (haptics/devices) and server (engine/app/live), RFC 6455.
 #pragma once
 
 #include <cstdint>

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "engine/app/session_recorder.h"
+#include "engine/app/recording.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"

@@ -5,11 +5,11 @@
 #include <chrono>
 #include <thread>
 
+#include "engine/app/recording.h"
 #include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/player.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/workbench.h"
 #include "engine/session/film.h"
 #include "engine/session/session_file.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/app/assets.h"
-#include "engine/app/headset/xr_stage.h"
+#include "engine/app/live/xr_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/base/units.h"

@@ -12,8 +12,8 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/implant_expert.h"
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/scene.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "engine/app/assets.h"
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/planning/implant_planner.h"
 #include "engine/app/planning/planned_exercise.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/app/compute/vulkan_sphere_passes.h"
+#include "engine/app/tissue/vulkan_sphere_passes.h"
 #include "engine/base/units.h"
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_body.h"

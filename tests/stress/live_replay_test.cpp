@@ -14,9 +14,9 @@
 #include <thread>
 
 #include "engine/app/live/session.h"
+#include "engine/app/recording.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/session_recorder.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"

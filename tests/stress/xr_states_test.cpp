@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "engine/app/headset/xr_stage.h"
+#include "engine/app/live/xr_stage.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "tests/support/stage.h"

@@ -10,10 +10,10 @@
 #include <random>
 
 #include "engine/app/assets.h"
-#include "engine/app/handpiece_file.h"
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/scene.h"
+#include "engine/app/scene/handpiece_file.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/render/handpiece_mesh.h"

@@ -9,7 +9,6 @@
 #include <map>
 
 #include "engine/app/assets.h"
-#include "engine/app/field/tooth_field.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/picture_stage.h"
@@ -18,6 +17,7 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/app/tissue/tooth_field.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"

@@ -1,5 +1,5 @@
 // Tests the splitting of long edges in the meshes of the surroundings and of the soft gum.
-#include "engine/app/field/split_edges.h"
+#include "engine/app/tissue/split_edges.h"
 
 #include <gtest/gtest.h>
 

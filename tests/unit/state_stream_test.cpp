@@ -1,5 +1,5 @@
 // Tests the state of a session for other programs, with real sockets on this computer.
-#include "engine/app/stream/state_stream.h"
+#include "engine/app/live/state_stream.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

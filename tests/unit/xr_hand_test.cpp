@@ -1,5 +1,5 @@
 // Tests the controller of a headset as a hand: no motion or loss of it may make the tool jump.
-#include "engine/app/headset/xr_hand.h"
+#include "engine/app/live/xr_hand.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/session_recorder.h"
+#include "engine/app/recording.h"
 #include "engine/app/session_start.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "engine/app/hands/hands.h"
+#include "engine/app/live/state_stream.h"
+#include "engine/app/recording.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/sides.h"
-#include "engine/app/stream/state_stream.h"
 #include "engine/app/tissue/stroke_book.h"
 #include "engine/app/wiring.h"
 #include "haptics/carver.h"

@@ -1,6 +1,6 @@
 #include "engine/app/picture/label_blocks.h"
 
-#include "engine/app/field/brick_update.h"
+#include "engine/app/tissue/brick_update.h"
 
 namespace typodont {
 

@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/app/field/tooth_field.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/scene.h"
+#include "engine/app/tissue/tooth_field.h"
 #include "engine/app/wiring.h"
 #include "engine/session/explore.h"
 #include "engine/session/score.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/app/handpiece_file.h"
 #include "engine/app/picture/hud.h"
+#include "engine/app/scene/handpiece_file.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"

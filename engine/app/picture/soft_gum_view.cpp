@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/app/field/split_edges.h"
+#include "engine/app/tissue/split_edges.h"
 
 namespace typodont {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <unordered_map>
 
-#include "engine/app/field/brick_update.h"
+#include "engine/app/tissue/brick_update.h"
 #include "engine/base/vectors.h"
 #include "haptics/tissue_volume.h"
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/field/field_mesh.h"
-#include "engine/app/field/plane_face.h"
-#include "engine/app/field/tooth_field.h"
+#include "engine/app/tissue/field_mesh.h"
+#include "engine/app/tissue/plane_face.h"
+#include "engine/app/tissue/tooth_field.h"
 
 namespace typodont {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/app/field/tooth_field.h"
+#include "engine/app/tissue/tooth_field.h"
 #include "engine/render/renderer.h"
 #include "haptics/tissue_volume.h"
 

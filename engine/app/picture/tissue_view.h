@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "engine/app/field/brick_update.h"
 #include "engine/app/picture/label_blocks.h"
 #include "engine/app/picture/solid_blocks.h"
+#include "engine/app/tissue/brick_update.h"
 #include "engine/app/tissue/drawn_as.h"
 #include "engine/render/renderer.h"
 #include "engine/surface/mesh_export.h"

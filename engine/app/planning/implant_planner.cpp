@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/assets.h"
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/planning/scene_text.h"
 #include "engine/app/planning/volume_beside.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "engine/app/session_recorder.h"
+#include "engine/app/recording.h"
 #include "engine/app/surroundings/soft_gum.h"
 
 namespace typodont {

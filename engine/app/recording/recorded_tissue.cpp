@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/app/recording.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/session_recorder.h"
 
 namespace typodont {
 

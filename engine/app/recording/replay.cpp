@@ -11,10 +11,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/recording.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/stepped.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"

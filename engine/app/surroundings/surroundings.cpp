@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/field/field_mesh.h"
-#include "engine/app/field/plane_face.h"
-#include "engine/app/field/split_edges.h"
-#include "engine/app/field/tooth_field.h"
 #include "engine/app/surroundings/blend.h"
 #include "engine/app/surroundings/dam.h"
 #include "engine/app/surroundings/jaw.h"
+#include "engine/app/tissue/field_mesh.h"
+#include "engine/app/tissue/plane_face.h"
+#include "engine/app/tissue/split_edges.h"
+#include "engine/app/tissue/tooth_field.h"
 #include "engine/render/drawn_matter.h"
 
 namespace typodont {

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
-#include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/scene/implant_scene.h"
 #include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/tissue/tissue_edit.h"

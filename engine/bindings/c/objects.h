@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/recording.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_recorder.h"
 #include "engine/app/session_start.h"
 #include "engine/app/sides.h"
 #include "engine/bindings/c/call.h"

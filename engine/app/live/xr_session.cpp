@@ -1,4 +1,4 @@
-#include "engine/app/headset/xr_session.h"
+#include "engine/app/live/xr_session.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "calibration/still_touch.h"
-#include "engine/app/headset/xr_stage.h"
+#include "engine/app/live/xr_stage.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"

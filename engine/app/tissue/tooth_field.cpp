@@ -1,4 +1,4 @@
-#include "engine/app/field/tooth_field.h"
+#include "engine/app/tissue/tooth_field.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "engine/app/headset/xr_hand.h"
+#include "engine/app/live/xr_hand.h"
 
 #include <algorithm>
 #include <cmath>

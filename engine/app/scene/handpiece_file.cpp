@@ -1,4 +1,4 @@
-#include "engine/app/handpiece_file.h"
+#include "engine/app/scene/handpiece_file.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/app/field/brick_update.h"
+#include "engine/app/tissue/brick_update.h"
 #include "engine/surface/surface_mesher.h"
 
 namespace typodont {

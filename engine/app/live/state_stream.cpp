@@ -1,4 +1,4 @@
-#include "engine/app/stream/state_stream.h"
+#include "engine/app/live/state_stream.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "engine/app/session_recorder.h"
+#include "engine/app/recording.h"
 
 #include <algorithm>
 #include <array>

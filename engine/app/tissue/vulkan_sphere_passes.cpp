@@ -1,4 +1,4 @@
-#include "engine/app/compute/vulkan_sphere_passes.h"
+#include "engine/app/tissue/vulkan_sphere_passes.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "engine/app/field/brick_update.h"
+#include "engine/app/tissue/brick_update.h"
 
 namespace typodont {
 

@@ -1,4 +1,4 @@
-#include "engine/app/headset/xr_stage.h"
+#include "engine/app/live/xr_stage.h"
 
 #include <cmath>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "engine/app/implant/implant_scene.h"
+#include "engine/app/scene/implant_scene.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
