@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "session_texts.h"
+#include "session_files.h"
 
 namespace typodont::session {
 
@@ -23,7 +23,7 @@ using Catalogue = std::map<std::string, std::array<std::string, kLanguageCount>,
 const Catalogue& catalogue() {
   static const Catalogue texts = [] {
     Catalogue all;
-    for (const std::string_view part : {kReportTexts, kOperatorTexts, kHudTexts})
+    for (const char* part : {kReportTexts, kOperatorTexts, kHudTexts})
       all.merge(nlohmann::json::parse(part).get<Catalogue>());
     return all;
   }();

@@ -8,7 +8,7 @@
 
 #include "engine/base/json.h"
 #include "engine/contract/safety_event.h"
-#include "engine/session/page/style.h"
+#include "session_files.h"
 
 namespace typodont::session {
 

@@ -8,7 +8,7 @@
 #include "engine/session/page/model_colors.h"
 #include "engine/session/page/page.h"
 #include "engine/session/page/section.h"
-#include "engine/session/page/viewer.h"
+#include "session_files.h"
 
 namespace typodont::session {
 

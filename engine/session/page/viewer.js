@@ -1,10 +1,5 @@
-// The rotatable view of the result. It is a script that draws the triangles with a z-buffer into a canvas, without a
-// graphics card and without external files.
-#pragma once
-
-namespace typodont::session {
-
-inline constexpr const char* kViewerScript = R"js(
+// The rotatable view of the result: draws the triangles with a z-buffer into a canvas, without a graphics card and
+// without external files.
 (() => {
 const data = JSON.parse(document.getElementById('model-data').textContent);
 const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
@@ -169,6 +164,3 @@ addEventListener('resize', redraw);
 root.hidden = false;
 reset(); choose(mode); draw();
 })();
-)js";
-
-}  // namespace typodont::session
