@@ -18,7 +18,8 @@ EVERYBODY = {"anna", "ben", "carl", "teacherA", "teacherB", "root"}
 ALLOWED = {"home": EVERYBODY, "password": EVERYBODY, "sign_out": EVERYBODY, "classes": {"teacherA", "teacherB", "root"},
            "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "statements": STAFF_A,
            "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "recording": OWN, "remark": STAFF_A,
-           "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"}, "roster": {"root"}}
+           "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"},
+           "add_class": {"root"}, "add_students": {"root"}, "roster": {"root"}}
 # Pages without an account: each has its own test of what guards it.
 PUBLIC = {"sign_in", "language", "hand_in", "exam", "profile", "lti_sign_in", "lti_launch", "lti_keys"}
 
@@ -36,7 +37,7 @@ class Roles(TestCase):
 
     def arguments(self, name, absent=False):
         a = self.room
-        if name in ("class", "assign", "scores_csv", "statements"):
+        if name in ("class", "assign", "add_students", "scores_csv", "statements"):
             return [999 if absent else a.class_A.pk]
         if name == "exercise":
             return [999 if absent else a.class_A.pk, a.exercise.pk]

@@ -224,6 +224,25 @@ class Rosters(TestCase):
         answer = client.post("/administration/roster", {"file": SimpleUploadedFile("roster.zip", roster().read())})
         self.assertContains(answer, Student.objects.get(source_id="u1").pseudonym)
 
+    def test_a_class_made_by_hand_has_a_teacher_and_students_who_can_sign_in(self):
+        room, client = Room(), Client()
+        client.login(username="root", password=PASSWORD)
+        unknown = client.post("/administration/class", {"name": "Year 3", "teacher": "anna"})
+        self.assertEqual((unknown.status_code, Class.objects.count()), (400, 2))
+        made = client.post("/administration/class", {"name": "Year 3"}).context
+        added = client.post(f"/class/{made['group'].pk}/students", {"students": "17\n\nanna\n17\n18"}).context["people"]
+        self.assertEqual([person["identifier"] for person in added], ["17", "18"])
+        pseudonyms = {person["pseudonym"] for person in added}
+        self.assertEqual({s.pseudonym for s in made["group"].students.all()}, pseudonyms | {"anna"})
+        self.assertNotIn("17", {s.source_id for s in Student.objects.all()})
+        self.assertIn(room.class_A, room.anna.classes.all())
+        for person in made["people"] + added:
+            self.assertTrue(Client().login(username=person["pseudonym"], password=person["password"]))
+        teacher = Client()
+        teacher.login(username=made["people"][0]["pseudonym"], password=made["people"][0]["password"])
+        self.assertContains(teacher.get(f"/class/{made['group'].pk}"), added[0]["pseudonym"])
+        self.assertEqual(teacher.get(f"/class/{room.class_A.pk}").status_code, 403)
+
 
 class Exports(TestCase):
     def setUp(self):

@@ -43,7 +43,8 @@ def code(length=6):
     return "".join(secrets.choice(ALPHABET) for _ in range(length))
 
 
-def _account(prefix):
+def account(prefix):
+    """Makes a user with a random name. Returns the user and the first password."""
     password = code(12)
     while User.objects.filter(username=(name := f"{prefix}-{code()}")).exists():
         pass
@@ -82,14 +83,14 @@ def _store(tables):
         if role == "student":
             student = Student.objects.filter(source_id=who).first()
             if not student:
-                user, password = _account("s")
+                user, password = account("s")
                 student = Student.objects.create(pseudonym=user.username, source_id=who, user=user)
                 people.append({"identifier": who, "pseudonym": user.username, "password": password})
             known[who], user = student, student.user
         else:
             user = User.objects.filter(last_name=who, is_staff=True).first()  # a teacher's sourcedId
             if not user:
-                user, password = _account("t")
+                user, password = account("t")
                 user.is_staff, user.last_name = True, who
                 people.append({"identifier": who, "pseudonym": user.username, "password": password})
             known[who] = user

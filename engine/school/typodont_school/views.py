@@ -362,6 +362,10 @@ def administration(request):
         "unclaimed": Session.objects.filter(student=None).order_by("-received").select_related("bench")[:50]})
 
 
+def own_school():
+    return School.objects.order_by("pk").first() or School.objects.create(name="School")
+
+
 def new_bench(school, name):
     """Returns the bench and its token, which only the bench keeps."""
     token = secrets.token_urlsafe(32)
@@ -371,9 +375,43 @@ def new_bench(school, name):
 
 @page(ADMIN, methods="POST")
 def add_bench(request):
-    school = School.objects.first() or School.objects.create(name="School")
-    bench, token = new_bench(school, request.POST.get("name", "")[:100] or "bench")
+    bench, token = new_bench(own_school(), request.POST.get("name", "")[:100] or "bench")
     return render(request, "bench.html", {"bench": bench, "token": token})
+
+
+@page(ADMIN, methods="POST")
+def add_class(request):
+    name, teacher = request.POST.get("name", "").strip()[:100], request.POST.get("teacher", "").strip()
+    people = []
+    with transaction.atomic():
+        if teacher:
+            user = auth.models.User.objects.filter(username=teacher, is_staff=True, is_active=True).first()
+            if user is None:
+                return render(request, "message.html", {"title": "new_class", "text": "no_teacher"}, status=400)
+        else:
+            user, first_password = oneroster.account("t")
+            user.is_staff = True
+            user.save()
+            people.append({"identifier": name, "pseudonym": user.username, "password": first_password})
+        group = Class.objects.create(school=own_school(), name=name or "class")
+        group.teachers.add(user)
+    return render(request, "accounts.html", {"people": people, "group": group})
+
+
+@page(ADMIN, methods="POST")
+def add_students(request, key):
+    """Adds known students by pseudonym, and makes accounts for all others."""
+    group, people = get(request.user, Class, key), []
+    lines = [line.strip()[:100] for line in request.POST.get("students", "").splitlines()]
+    with transaction.atomic():
+        for line in list(dict.fromkeys(filter(None, lines)))[:1000]:
+            known = Student.objects.filter(pseudonym=line).first()
+            if known is None:
+                user, first_password = oneroster.account("s")
+                known = Student.objects.create(pseudonym=user.username, user=user)
+                people.append({"identifier": line, "pseudonym": user.username, "password": first_password})
+            group.students.add(known)
+    return render(request, "accounts.html", {"people": people, "group": group})
 
 
 @page(ADMIN, methods="POST")
@@ -383,7 +421,7 @@ def roster(request):
         people = oneroster.read(upload)
     except oneroster.Unreadable as problem:
         return render(request, "message.html", {"title": "import_roster", "detail": str(problem)}, status=400)
-    return render(request, "roster.html", {"people": people})
+    return render(request, "accounts.html", {"people": people})
 
 
 @page(ADMIN, methods="POST")
