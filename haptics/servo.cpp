@@ -109,7 +109,10 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
   // After invalid input or a pause the proxy stays outside, or starts at a hand far away.
-  if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
+  if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) {
+    m.X_WG = X_WT;
+    m.began_at_hand = true;
+  }
   m.placed = true;
   m.last_hand = X_WT;
   model->begin_anew();
@@ -193,6 +196,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
+  m.began_at_hand = m.inside = false;
   cutting.budget = std::min(cutting.budget, 0.0);  // without contact, no energy for a later cut
   cutting.wall_budget = 0;
   Limits& l = limits;
@@ -234,9 +238,24 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
 }
 
+/// kDeepPenetration: the tool was found inside tissue. If it began there, it is led out before it cuts.
+void Servo::State::watch_start(ContactTick& now) noexcept {
+  Motion& m = motion;
+  const Contact& contact = now.contact;
+  const bool led = contact.leading_out || contact.deep;
+  bool starts_inside = false;
+  if (m.began_at_hand && !contact.lost) {
+    const double depth = std::max(contact.depth, glm::distance(contact.p_WG, now.X_WT.p));
+    starts_inside = led || (contact.touching && depth > settings.frame.voxel);
+    m.began_at_hand = false;
+  }
+  m.inside = starts_inside || (m.inside && led);
+  if (led || starts_inside) now.faults |= bits(Fault::kDeepPenetration);
+}
+
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
-  const bool changed = (now.in.cuts || now.contact.places || tool().fill != Tissue::kAir) &&
+  const bool changed = ((now.in.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) &&
                        model->cut(now.in, now.contact, now.cut, energy);
   now.faults |= now.contact.faults;
   if (!changed) return false;
@@ -370,6 +389,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.cutting.wall = touch.contact.wall;
   out.level = touch.contact.level;
   s.watch_snapshot(touch);
+  s.watch_start(touch);
   const bool removed = s.remove(touch);
 
   s.feel(touch);

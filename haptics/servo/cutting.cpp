@@ -11,7 +11,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   const Tool& bur = tool();
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
-  in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
+  in.cuts = settings.cutting && bur.cuts && !motion.inside && (in.scrapes || cutting.speed > 0);
   // In registers: a stored value would have to be waited for.
   SpindleLoad spindle{cutting.speed, 0};
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};

@@ -66,10 +66,12 @@ inline PerTissue own_hardness() noexcept {
 struct Servo::State {
   /// State of the motion of hand and proxy.
   struct Motion {
-    Pose X_WG;             // pose of the proxy
-    bool placed = false;   // true if X_WG is valid
-    bool started = false;  // true if the last tick had a valid pose
-    Nanos began = 0;       // time at which the present sequence of valid poses began
+    Pose X_WG;                   // pose of the proxy
+    bool placed = false;         // true if X_WG is valid
+    bool began_at_hand = false;  // true until tissue is known there
+    bool inside = false;         // true if it began inside tissue and is not out yet: it does not cut
+    bool started = false;        // true if the last tick had a valid pose
+    Nanos began = 0;             // time at which the present sequence of valid poses began
     Nanos last_t = 0;
     Pose last_hand;
     // Orientation of the hand in the last input, and the same orientation normalised
@@ -216,6 +218,7 @@ struct Servo::State {
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
+  void watch_start(ContactTick& now) noexcept;
   /// What this tick's energy pays for. True, with the Cut: the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;

@@ -33,6 +33,59 @@ ServoSettings with_head(ServoSettings settings, HeadShape shape, double diameter
   return settings;
 }
 
+TEST(ContactCases, ASessionThatBeginsInTissueSaysSoAndCutsOnlyWhatItsMotorPaysFor) {
+  for (const char* model : kModels) {
+    HapticBench bench(box("12, 12, 10", 0.2),
+                      with_head(test::drill_settings(model), HeadShape::kSphere, 8.0_mm, 8.0_mm));
+    constexpr double kLongestPush = 10.0_mm;  // from the hand to the surface and on
+    const ServoSettings& s = bench.settings;
+    const double most_power =
+        s.tool.cutting_coefficient * s.stiffness * kLongestPush * s.tool.radius() * s.spindle.free_speed;
+    bench.tick({{0, 0, 3.0_mm}}, 1);
+    EXPECT_TRUE(bench.last.faults & bits(Fault::kDeepPenetration)) << model;
+    EXPECT_EQ(total(bench.last.removed), 0) << model;
+    for (int i = 2; i <= 100; ++i) {
+      bench.tick({{0, 0, 3.0_mm}}, 1);
+      ASSERT_LE(30e9 * total(bench.last.removed), most_power * i * s.tick) << model << ", tick " << i;
+    }
+  }
+}
+
+TEST(ContactCases, ADrillThatBeginsBelowItsOwnBedIsLedOutAndThenDeepensIt) {
+  ServoSettings settings = with_head(test::drill_settings("offset"), HeadShape::kCylinder, 4.2_mm, 12.0_mm);
+  settings.stiffness = 3000;
+  settings.spindle.free_speed = 0.8 * kKrpm;
+  MaterialTable bone = test::plain_materials();
+  bone[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 0.5e9;
+  HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(
+                        R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"difference": [
+                            {"box": {"center_mm": [0, 0, -8], "size_mm": [12, 12, 16]}},
+                            {"cylinder": {"radius_mm": 2.1, "height_mm": 16}}]}}]})",
+                        "tissue"))),
+                    settings, bone);
+  const double half = settings.tool.half();
+  bench.tick({{0, 0, half - 8.65_mm}}, 1);
+  int inside = 0;
+  for (; bench.last.faults & bits(Fault::kDeepPenetration); ++inside) {
+    ASSERT_EQ(total(bench.last.removed), 0);
+    ASSERT_LT(inside, 100);
+    bench.tick({{0, 0, bench.last.X_WG.p.z - 0.7_mm}}, 1);
+  }
+  EXPECT_GT(bench.last.X_WG.p.z, half - 8.02_mm);
+  for (int i = 0; i < 2000; ++i) bench.tick({{0, 0, bench.last.X_WG.p.z - 0.7_mm}}, 1);
+  EXPECT_LT(bench.last.X_WG.p.z, half - 8.01_mm);
+  EXPECT_GT(total(bench.last.removed), 0.1e-9);
+}
+
+TEST(ContactCases, AHeadThatSurroundsTheTissueWhenASessionBeginsIsReported) {
+  // An inverted cone and a cone over a small box, held as they were.
+  const std::pair<HeadShape, double> heads[] = {{HeadShape::kInvertedCone, 21.2_mm}, {HeadShape::kCone, 31.0_mm}};
+  for (const auto& [shape, length] : heads) {
+    HapticBench bench(box("4.5, 4.5, 2.7", 0.1), with_head(test::probe_settings("vertex"), shape, 9.0_mm, length));
+    EXPECT_TRUE(bench.tick({{0.5_mm, 0.3_mm, 5.0_mm}}).faults & bits(Fault::kDeepPenetration));
+  }
+}
+
 TEST(ContactCases, TheRemovedVolumeNeverFallsWhileNothingIsFilled) {
   const std::string groove =
       R"({"voxel_mm": 0.3, "solids": [{"tissue": "enamel", "solid": {"difference": [{"box": {"size_mm": [9, 9, 5]}},

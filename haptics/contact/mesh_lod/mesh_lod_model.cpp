@@ -214,7 +214,6 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
       point().put_free(X_WG * ends_[tool_]);
     } else if (!point().put(grid(), X_WG * ends_[tool_])) {
       out.leading_out = true;
-      out.faults |= bits(Fault::kDeepPenetration);
     }
     placed_ = true;
     moved_freely_ = false;

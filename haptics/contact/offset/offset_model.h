@@ -146,6 +146,7 @@ class OffsetModel : public PatchModel {
   bool emptied_ = false;  // the last cut emptied the head
   // voxels; decays while it is led out
   double overlap_ = 0;
+  bool sunk_ = false;  // while it is led out of deep tissue
   // 0..1 of power at a harder wall, last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;

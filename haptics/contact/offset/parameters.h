@@ -42,6 +42,8 @@ struct SearchParameters {
   static constexpr double most_slack = 1;
   // voxels by cutting or rounding; more is inside, led out slowly
   static constexpr double deep = 0.6;
+  // voxels; until then, a head led out of deep tissue follows the field's gradients
+  static constexpr double led_out = 0.1;
 };
 
 /// A ball on one smooth wall is placed directly (ContactFinder::seat), within these; otherwise iterated.

@@ -80,6 +80,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
   rejoining_ = std::max(overlap_ > 0 && rejoining_ > 0 ? in.dt : 0.0, rejoining_ - in.dt);
   if (overlap_ < R::least_overlap) overlap_ = 0;
+  sunk_ = sunk_ && overlap_ > 0;
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
@@ -284,7 +285,8 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_, only_touches(in));
-  if (contacts_.deepest() > ContactFinder::kSunk || center_inside) {
+  sunk_ = contacts_.deepest() > (sunk_ ? Q::led_out : ContactFinder::kSunk) || center_inside;
+  if (sunk_) {
     finder().find_way_out(patch_, X_VT, contacts_);
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
@@ -614,7 +616,6 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;
   }
-  if (overlap_ > 0 || p.deep) out.faults |= bits(Fault::kDeepPenetration);
   if (p.lost) out.faults |= bits(Fault::kPatchEdge);
   if (retreat_.wedged || retreat_.leading) out.faults |= bits(Fault::kWedged);
 }

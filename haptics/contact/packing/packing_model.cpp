@@ -218,6 +218,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
+  if (!placed_ && !is_free(proxy().tool(), in.X_WG)) out.faults |= bits(Fault::kDeepPenetration);
   // Without contact the servo moved it.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;

@@ -473,7 +473,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   distances_.count_anew();
   const auto may_go_on = [&] { return listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  out.leading_out = !list_.points.empty() && follower_.led_out();
+  out.leading_out = (std::exchange(began_, false) || !in.cuts) && !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero

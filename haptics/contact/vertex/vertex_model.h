@@ -88,7 +88,7 @@ class VertexModel final : public ContactModel {
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return !head().is_ball(); }
-  void begin_anew() noexcept override { forget(); }
+  void begin_anew() noexcept override { forget(), began_ = true; }
   void release() noexcept override { forget(); }
   bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
@@ -190,6 +190,7 @@ class VertexModel final : public ContactModel {
   Listing listing_;
   // computing effort in this tick: listed_: of all lists that were made in one piece; last_list_: of the last such list
   Effort listed_ = 0, last_list_ = 0;
+  bool began_ = false;     // true in the first tick after begin_anew()
   bool found_ = false;     // true if list_ was made for the present mesh and tool
   bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact

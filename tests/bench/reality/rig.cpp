@@ -22,7 +22,7 @@ using namespace literals;
 // Stiffness of the rig, N/m: deflects by 10 µm at 1 N, by 0.2 mm at 200 N.
 constexpr double kToothRig = 1e5, kBoneRig = 1e6;
 constexpr double kStroke = 10.0_mm, kSlotLength = 8.0_mm, kSlabDepth = 6.0_mm;
-constexpr double kGap = 0.02_mm;           // before the first contact
+constexpr double kGap = 0.02_mm;           // from the loaded hand to the first contact
 constexpr double kSettling = 0.2;          // of a run, not measured
 constexpr const char* kLab = "composite";  // holds the material of the laboratory
 
@@ -108,15 +108,16 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   const double depth = rig == "mill" ? value(c, "depth_um") * kMicrometre : r;
   const bool loaded = c.contains("load_N");
   const double deflection = loaded ? value(c, "load_N") / settings.stiffness : 0;
+  const double gap = kGap + deflection;
   const double feed = loaded ? 0 : value(c, "feed_mm_s") * kMillimetre;
   const double stroke = slides ? value(c, "stroke_mm_s") * kMillimetre : 0;
   dvec3 start(0);
-  if (plunges) start.z = settings.tool.half() + kGap;
-  if (slides) start.z = r + kGap;
-  if (!plunges && !slides) start = {-std::sqrt(r * r - (r - depth) * (r - depth)) - kGap, 0, r - depth};
+  if (plunges) start.z = settings.tool.half() + gap;
+  if (slides) start.z = r + gap;
+  if (!plunges && !slides) start = {-std::sqrt(r * r - (r - depth) * (r - depth)) - gap, 0, r - depth};
 
   // Steady: the drill's full diameter, the slot's middle, the strokes after the first.
-  const double first = plunges ? r + 0.5_mm : slides ? -kGap : r + 0.5_mm;
+  const double first = plunges ? r + 0.5_mm : slides ? -gap : r + 0.5_mm;
   const double last = plunges ? kSlabDepth - 0.8_mm : slides ? kSlabDepth : first + 3.0_mm;
   Sums sums;
   dvec3 at = start;
@@ -133,7 +134,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
     }
     const ServoTick& tick = bench.tick({hand, R}, 1);
     at = tick.X_WG.p;
-    const double way = glm::dot(at - start, push) - kGap;
+    const double way = glm::dot(at - start, push) - gap;
     if (way > last) break;
     const bool measured = way >= first && (plunges || !slides || t > kSettling * seconds);
     if (!measured) continue;
