@@ -20,7 +20,8 @@ if __name__ == "__main__":
         from django.test.runner import DiscoverRunner
         settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # fast
         from django.db import connection
-        connection.settings_dict["TEST"]["NAME"] = os.path.join(folder, "test.sqlite")  # a file: threads share it
+        if connection.vendor == "sqlite":
+            connection.settings_dict["TEST"]["NAME"] = os.path.join(folder, "test.sqlite")  # a file: threads share it
         class Runner(DiscoverRunner):
             def suite_result(self, suite, result, **more):
                 return len(result.failures) + len(result.errors) + (result.testsRun == 0)

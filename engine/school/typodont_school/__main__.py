@@ -46,12 +46,17 @@ def serve():
     from typodont_school.wsgi import application
     if not os.access(settings.PROGRAM, os.X_OK):
         sys.exit(f"{settings.PROGRAM}: no such program; ./run build makes it, TYPODONT_SCHOOL_PROGRAM names another")
-    listen = os.environ.get("TYPODONT_SCHOOL_LISTEN", f"127.0.0.1:{urlsplit(settings.ADDRESS).port or 8068}")
-    intake.worker.start()
-    print(f"typodont-school: {settings.ADDRESS} (data in {settings.DATA})", flush=True)
+    port = None if settings.HTTPS else urlsplit(settings.ADDRESS).port  # of https, the proxy's
+    listen = os.environ.get("TYPODONT_SCHOOL_LISTEN", f"127.0.0.1:{port or 8068}")
     proxy = {"trusted_proxy": "127.0.0.1", "trusted_proxy_headers": {"x-forwarded-for", "x-forwarded-proto"},
              "clear_untrusted_proxy_headers": True} if settings.HTTPS else {}
-    waitress.serve(application, listen=listen, threads=8, ident=None, max_request_body_size=80 << 20, **proxy)
+    try:
+        server = waitress.create_server(application, listen=listen, threads=8, ident=None, max_request_body_size=80 << 20, **proxy)
+    except (OSError, ValueError) as problem:
+        sys.exit(f"cannot listen at {listen}: {problem}; TYPODONT_SCHOOL_LISTEN names another address")
+    intake.worker.start()
+    print(f"typodont-school: {settings.ADDRESS} (data in {settings.DATA})", flush=True)
+    server.run()
 
 
 if __name__ == "__main__":
