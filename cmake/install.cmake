@@ -31,6 +31,11 @@ if(TYPODONT_BUILD_program)
   add_custom_target(typodont_man_page ALL DEPENDS ${man_page})
   install(TARGETS typodont RUNTIME COMPONENT program)
   install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/typodont COMPONENT program)
+  install(DIRECTORY engine/school/typodont_school DESTINATION ${CMAKE_INSTALL_DATADIR}/typodont/school COMPONENT program
+          PATTERN __pycache__ EXCLUDE)
+  install(FILES engine/session/texts/report.json DESTINATION ${CMAKE_INSTALL_DATADIR}/typodont/school/typodont_school
+          COMPONENT program)
+  install(PROGRAMS cmake/package/typodont-school cmake/package/typodont-hand-in TYPE BIN COMPONENT program)
   install(FILES assets/devices/70-typodont.rules DESTINATION lib/udev/rules.d COMPONENT program)
   install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
   install(FILES cmake/package/typodont.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
@@ -59,6 +64,6 @@ haptic core as a library for C and Python.")
   # The Vulkan loader alone draws nothing; meshoptimizer is loaded on use, so its package is not found automatically.
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd, libmeshoptimizer2d")
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1, python3-cffi, python3-numpy")  # films; headsets; Python
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-distributed")
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-distributed, python3-django, python3-waitress, python3-whitenoise, python3-jwt, python3-cryptography, python3-h5py")  # the last six: the school's service
   include(CPack)
 endif()

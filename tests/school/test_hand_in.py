@@ -272,6 +272,21 @@ class Started(TestCase):
                             "TYPODONT_SCHOOL_TOKEN_FILE": str(self.folder / "token")}
         self.browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
 
+    def test_an_installed_copy_finds_program_texts_and_exercises(self):
+        share, tree = self.folder / "share/typodont", intake.settings.TREE
+        shutil.copytree(intake.settings.HERE, share / "school/typodont_school")
+        shutil.copy(intake.settings.TEXTS, share / "school/typodont_school/report.json")
+        (share / "assets").symlink_to(tree / "assets")
+        (self.folder / "bin").mkdir()
+        (self.folder / "bin/typodont").symlink_to(intake.settings.PROGRAM)
+        environment = {**self.environment, "PYTHONPATH": str(share / "school")}
+        environment.pop("TYPODONT_SCHOOL_PROGRAM")
+        found = subprocess.run([sys.executable, "-c", "from typodont_school import settings as s, words\n"
+                                "print(s.PROGRAM, len(list(s.SCENES.glob('*.json'))), words.item('en', 'time_s'))"],
+                               env=environment, check=True, capture_output=True, text=True).stdout.split()
+        scenes = len(list((tree / "assets/scenes").glob("*.json")))
+        self.assertEqual(found, [str(self.folder / "bin/typodont"), str(scenes), "Time"])
+
     def start(self):
         """Returns the process and what it said until it listens."""
         process = subprocess.Popen([sys.executable, "-m", "typodont_school"], env=self.environment, stdout=subprocess.PIPE, text=True)

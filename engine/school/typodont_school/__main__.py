@@ -21,7 +21,11 @@ def register_exercises(scenes):
 
 
 def set_up():
-    import django
+    try:
+        import django
+        import cryptography, h5py, jwt, waitress, whitenoise  # noqa: F401
+    except ImportError as missing:
+        sys.exit(f"{missing}; sudo apt install python3-django python3-waitress python3-whitenoise python3-jwt python3-cryptography python3-h5py")
     from django.conf import settings
     from django.core.management import call_command
     django.setup()

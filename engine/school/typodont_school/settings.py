@@ -10,10 +10,13 @@ def setting(name, default=""):
 
 
 HERE = pathlib.Path(__file__).resolve().parent
-TREE = HERE.parents[2]
+# In the source tree engine/school/typodont_school, installed share/typodont/school/typodont_school.
+TREE = next((folder for folder in HERE.parents[1:3] if (folder / "assets/scenes").is_dir()), HERE.parents[2])
+TEXTS = next(file for file in (HERE / "report.json", TREE / "engine/session/texts/report.json") if file.exists())
 DATA = pathlib.Path(setting("DATA", os.path.expanduser("~/Typodont/school"))).resolve()
 DATA.mkdir(parents=True, exist_ok=True, mode=0o700)
-PROGRAM = setting("PROGRAM", str(TREE / "build/release/typodont"))
+PROGRAM = setting("PROGRAM", next((str(file) for file in (TREE / "build/release/typodont", TREE.parents[1] / "bin/typodont")
+                                   if file.exists()), "typodont"))
 SCENES = pathlib.Path(os.environ.get("TYPODONT_ASSETS", TREE / "assets")) / "scenes"
 MAX_SESSION_BYTES = int(setting("MAX_SESSION_MIB", "256")) << 20
 MIN_FREE_BYTES = 64 << 20

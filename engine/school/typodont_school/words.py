@@ -127,7 +127,7 @@ TEXTS = {
     "unclaimed": ("Sessions without a known student", "Sitzungen ohne bekannte Person", "未匹配学生的记录"),
     "all_attempts": ("All attempts", "Alle Versuche", "全部记录"),
 }
-PROGRAM = json.loads((settings.TREE / "engine/session/texts/report.json").read_text())  # the reports' texts
+PROGRAM = json.loads(settings.TEXTS.read_text())  # the reports' texts
 COLUMN = {language: i for i, language in enumerate(LANGUAGES)}
 
 
