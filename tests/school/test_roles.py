@@ -17,6 +17,7 @@ OWN = {"anna", "teacherA", "root"}  # what is about anna, of class A
 EVERYBODY = {"anna", "ben", "carl", "teacherA", "teacherB", "root"}
 ALLOWED = {"home": EVERYBODY, "password": EVERYBODY, "sign_out": EVERYBODY, "classes": {"teacherA", "teacherB", "root"},
            "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "statements": STAFF_A,
+           "add_case": STAFF_A, "case_files": EVERYBODY,
            "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "recording": OWN, "remark": STAFF_A,
            "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"},
            "add_class": {"root"}, "add_students": {"root"}, "roster": {"root"}}
@@ -37,10 +38,12 @@ class Roles(TestCase):
 
     def arguments(self, name, absent=False):
         a = self.room
-        if name in ("class", "assign", "add_students", "scores_csv", "statements"):
+        if name in ("class", "assign", "add_case", "add_students", "scores_csv", "statements"):
             return [999 if absent else a.class_A.pk]
         if name == "exercise":
             return [999 if absent else a.class_A.pk, a.exercise.pk]
+        if name == "case_files":
+            return [999 if absent else a.exercise.pk]
         if name in ("student", "export", "delete"):
             return [999 if absent else a.anna.pk]
         return ["f" * 64 if absent else self.session.pk] if name in ("session", "surface", "report", "recording", "remark") else []

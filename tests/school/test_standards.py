@@ -3,7 +3,9 @@ import csv
 import http.server
 import io
 import json
+import pathlib
 import re
+import tempfile
 import threading
 import time
 import urllib.parse
@@ -21,7 +23,7 @@ from django.utils import timezone
 
 from room import PASSWORD, Room, record
 from typodont_school import lti, oneroster, views, words, xapi
-from typodont_school.models import Assignment, Class, Grade, Identity, Launch, Platform, Student
+from typodont_school.models import Assignment, Class, Exercise, Grade, Identity, Launch, Platform, Session, Student
 
 ISSUER, CLIENT = "https://platform.example", "tool-1"
 KEY, OTHER_KEY = (rsa.generate_private_key(public_exponent=65537, key_size=2048) for _ in range(2))
@@ -242,6 +244,27 @@ class Rosters(TestCase):
         teacher.login(username=made["people"][0]["pseudonym"], password=made["people"][0]["password"])
         self.assertContains(teacher.get(f"/class/{made['group'].pk}"), added[0]["pseudonym"])
         self.assertEqual(teacher.get(f"/class/{room.class_A.pk}").status_code, 403)
+
+
+class Cases(TestCase):
+    def test_a_case_is_handed_out_and_its_sessions_count(self):
+        room, teacher, student = Room(), Client(), Client()
+        teacher.login(username="teacherA", password=PASSWORD)
+        student.login(username="anna", password=PASSWORD)
+        wanted = {"family": "class-1", "seed": "7", "difficulty": "40"}
+        address = reverse("add_case", args=[room.class_A.pk])
+        for wrong in ({"family": "../class-1"}, {"seed": "-1"}, {"difficulty": "101"}, {"seed": "x"}):
+            self.assertEqual(teacher.post(address, {**wanted, **wrong}).status_code, 400)
+        self.assertEqual(teacher.post(address, wanted).status_code, 302)
+        case = Exercise.objects.get(name="class-1-7-40")
+        teacher.post(reverse("assign", args=[room.class_A.pk]), {"exercise": case.pk, "due": "2099-01-01T00:00", "attempts": "1"})
+        files = reverse("case_files", args=[case.pk])
+        self.assertContains(student.get(reverse("student", args=[room.anna.pk])), files)
+        with tempfile.TemporaryDirectory() as bench:
+            zipfile.ZipFile(io.BytesIO(b"".join(student.get(files).streaming_content))).extractall(bench)
+            session = room.judged(record("case", "anna", scene=pathlib.Path(bench) / "class-1-7-40.json"))
+        self.assertEqual((session.state, session.reason, session.exercise), (Session.ACCEPTED, "", case))
+        self.assertEqual(session.assignment.exercise, case)
 
 
 class Exports(TestCase):

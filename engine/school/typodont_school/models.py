@@ -38,7 +38,13 @@ class Exercise(models.Model):
 
     def title(self, language):
         title = self.scene.get("task", {}).get("title", {})
-        return (title.get(language) or title.get("en") if isinstance(title, dict) else title) or self.name
+        text = (title.get(language) or title.get("en") if isinstance(title, dict) else title) or self.name
+        return f"{text} ({self.name})" if self.is_case else text
+
+    @property
+    def is_case(self):
+        """Made from a seed; its tissue is a file of its own, not of the assets."""
+        return f"{self.name}.vdb" in self.files
 
 
 class Assignment(models.Model):

@@ -1,4 +1,5 @@
 """Reads a recording with the program `typodont`, in a child process with limits. An upload is hostile until then."""
+import functools
 import json
 import os
 import pathlib
@@ -24,7 +25,8 @@ def run(*command):
     """Returns exit status, output and the last line of messages."""
     keep = {name: value for name, value in os.environ.items() if name.startswith("TYPODONT_") and not name.startswith("TYPODONT_SCHOOL_")}
     environment = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": str(settings.DATA), **keep,
-                   "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache")}
+                   "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache"),
+                   "TYPODONT_FILES": str(settings.DATA / "cases")}
     try:
         done = subprocess.run([str(part) for part in command], capture_output=True, timeout=900, env=environment,
                               stdin=subprocess.DEVNULL, preexec_fn=_limit, start_new_session=True)
@@ -60,3 +62,14 @@ def header(recording):
     if status:
         raise Refused(message)
     return json.loads(output)
+
+
+@functools.cache
+def families():
+    """Returns the names of the families of cases."""
+    return [line.partition(":")[0] for line in typodont("case", "--list").decode().splitlines()]
+
+
+def make_case(out, family, seed, difficulty):
+    """Writes a case's scene, and its tissue beside it."""
+    typodont("case", family, "--seed", seed, "--difficulty", difficulty, "--out", out)

@@ -146,7 +146,7 @@ def group(request, key):
     for assignment in assignments:
         assignment.done = Session.objects.filter(assignment=assignment, state=Session.ACCEPTED).values("student").distinct().count()
     return render(request, "class.html", {"group": one, "students": students, "exercises": exercises, "assignments": assignments,
-                                          "choices": Exercise.objects.order_by("name"), "now": timezone.now(),
+                                          "choices": Exercise.objects.order_by("name"), "families": program.families(), "now": timezone.now(),
                                           "week": timezone.localtime() + timedelta(days=7)})
 
 
@@ -198,6 +198,43 @@ def assign(request, key):
     due = timezone.make_aware(due) if timezone.is_naive(due) else due
     Assignment.objects.create(group=one, exercise=task, due=due, attempts=attempts, sealed="sealed" in request.POST)
     return redirect("class", one.pk)
+
+
+@page(*STAFF, methods="POST")
+def add_case(request, key):
+    """Makes an exercise from a family, a seed and a difficulty. It is handed out like any other."""
+    one = get(request.user, Class, key)
+    try:
+        family, seed, percent = request.POST["family"], int(request.POST["seed"]), int(request.POST["difficulty"])
+    except (KeyError, ValueError):
+        return HttpResponse(status=400)
+    if family not in program.families() or not 0 <= seed < 1 << 32 or not 0 <= percent <= 100:
+        return HttpResponse(status=400)
+    name = f"{family}-{seed}-{percent}"
+    file = intake.folder("cases") / (name + ".json")
+    try:
+        if not file.exists():
+            program.make_case(file, family, seed, percent / 100)
+    except program.Refused as problem:
+        return render(request, "message.html", {"title": "new_case", "detail": str(problem)}, status=400)
+    scene = {**json.loads(file.read_text()), "name": name}
+    tissue = hashlib.sha256(file.with_suffix(".vdb").read_bytes()).hexdigest()
+    Exercise.objects.update_or_create(name=name, defaults={"scene": scene, "files": {name + ".vdb": tissue}})
+    return redirect("class", one.pk)
+
+
+@page(*ALL)
+def case_files(request, key):
+    """The scene of a case with its tissue, for a bench: one zip file."""
+    task = get(request.user, Exercise, key)
+    if not task.is_case:
+        return HttpResponse(status=409)
+    out = tempfile.TemporaryFile(dir=intake.folder("work"))
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as packed:
+        packed.writestr(task.name + ".json", json.dumps(task.scene, ensure_ascii=False, indent=1))
+        packed.write(intake.folder("cases") / (task.name + ".vdb"), task.name + ".vdb")
+    out.seek(0)
+    return FileResponse(out, as_attachment=True, filename=task.name + ".zip")
 
 
 @page(*STAFF)
