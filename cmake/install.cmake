@@ -36,6 +36,8 @@ if(TYPODONT_BUILD_program)
   install(FILES engine/session/texts/report.json DESTINATION ${CMAKE_INSTALL_DATADIR}/typodont/school/typodont_school
           COMPONENT program)
   install(PROGRAMS cmake/package/typodont-school cmake/package/typodont-hand-in TYPE BIN COMPONENT program)
+  install(FILES cmake/package/typodont-school.service cmake/package/typodont-hand-in.service DESTINATION lib/systemd/user
+          COMPONENT program)
   install(FILES assets/devices/70-typodont.rules DESTINATION lib/udev/rules.d COMPONENT program)
   install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
   install(FILES cmake/package/typodont.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
