@@ -414,8 +414,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
-                   "cutting_coefficient", "energy_ratio", "blades", "scrapes", "sink_yield_N", "shank", "safe_end",
-                   "fill", "implant", "handpiece", "source"});
+                   "cutting_coefficient", "blades", "grit_um", "scrapes", "sink_yield_N", "shank", "safe_end", "fill",
+                   "implant", "handpiece", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });
@@ -441,8 +441,11 @@ Tool read_tool(const Json& json) {
   tool.side_efficiency = json.number_or("side_efficiency", 1, 0, 1);
   tool.end_efficiency = json.number_or("end_efficiency", 1, 0, 1);
   tool.cutting_coefficient = json.number_or("cutting_coefficient", 0.3, 0, 10);
-  tool.energy_ratio = json.number_or("energy_ratio", 1, 0.1, 10);
   if (const auto blades = json.find("blades")) tool.blades = static_cast<int>(blades->integer(1, 64));
+  if (const auto grit = json.find("grit_um")) {
+    if (tool.blades > 0) grit->fail("both blades and grit_um", "one of them");
+    tool.grit = grit->number(5, 500) * kMicrometre;
+  }
   tool.scrapes = json.number_or("scrapes", 0, 0, 10);
   if (tool.scrapes > 0 && !tool.cuts) json["scrapes"].fail("0 for a tool that does not cut");
   tool.sink_yield = json.number_or("sink_yield_N", 0, 0, 20);

@@ -71,11 +71,11 @@ struct Tool {
   // Of the hand's push, for an edge drawn along the path; 0: none.
   double scrapes = 0;
   double sink_yield = 0;  // N, at which the tip sinks into softened tissue; 0: never
-  // μ_c: tangential cutting / normal force (Preston, Archard), where the tissue's BladeLaw states none
+  // μ_c: tangential cutting / normal force (Preston, Archard), where the tissue's EdgeLaw states none
   double cutting_coefficient = 0.3;
-  // Specific energy with this tool / the material's; a coarse diamond breaks larger chips, which need less.
-  double energy_ratio = 1;
-  int blades = 0;  // of a drill, which cuts by Material::blade; 0: not stated
+  // Edges: a drill's blades cut by Material::blade, a diamond's grains by Material::grit. 0: not stated.
+  int blades = 0;
+  double grit = 0;  // m, mean size of the grains
 
   // Never cut: the shank from the head's upper end to the handpiece, widening from its neck; the safe end, a round pin
   // beyond the free end.
@@ -99,6 +99,9 @@ struct Tool {
   // for implant surgery; null: not
   std::shared_ptr<const ImplantTool> implant;
 
+  bool edges_known() const { return blades > 0 || grit > 0; }
+  /// A diamond that removes the bulk, ISO 6360 code 534 or coarser.
+  bool coarse() const { return grit >= 140e-6; }
   /// By rotation; others scrape or never cut.
   bool turns() const { return cuts && scrapes == 0; }
   /// It has a thread.

@@ -59,11 +59,21 @@ haptics::SolidFiles files_of(const ScenePlace& place) {
           .read_mesh = haptics::read_mesh_solid};
 }
 
+void read_edges(const Json& json, std::string_view kind, EdgeLaw& law) {
+  const auto edges = json.find(kind);
+  if (!edges) return;
+  edges->allow_only({"energy_ratio", "chip_um", "exponent", "force_ratio"});
+  law.energy_ratio = edges->number_or("energy_ratio", law.energy_ratio, 0.01, 100);
+  law.chip = edges->number_or("chip_um", law.chip / kMicrometre, 0.001, 1000) * kMicrometre;
+  law.exponent = edges->number_or("exponent", law.exponent, 0, 0.9);
+  law.force_ratio = edges->number_or("force_ratio", law.force_ratio, 0, 2);
+}
+
 }  // namespace
 
 void read_material(const Json& json, Material& m) {
   json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
-                   "density_g_per_cm3", "color", "blade", "source", "looks_like"});
+                   "density_g_per_cm3", "color", "blade", "grit", "source", "looks_like"});
   m.stiffness =
       json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
   m.specific_energy =
@@ -76,14 +86,8 @@ void read_material(const Json& json, Material& m) {
               "dynamic_friction at most static_friction");
   }
   m.density = json.number_or("density_g_per_cm3", m.density / kGramPerCubicCentimetre, 0, 30) * kGramPerCubicCentimetre;
-  if (const auto blade = json.find("blade")) {
-    blade->allow_only({"energy_ratio", "chip_um", "exponent", "force_ratio"});
-    BladeLaw& law = m.blade;
-    law.energy_ratio = blade->number_or("energy_ratio", law.energy_ratio, 0.01, 100);
-    law.chip = blade->number_or("chip_um", law.chip / kMicrometre, 0.1, 1000) * kMicrometre;
-    law.exponent = blade->number_or("exponent", law.exponent, 0, 0.9);
-    law.force_ratio = blade->number_or("force_ratio", law.force_ratio, 0, 2);
-  }
+  read_edges(json, "blade", m.blade);
+  read_edges(json, "grit", m.grit);
   if (const auto color = json.find("color")) {
     m.color = color->vec3();
     for (int i = 0; i < 3; ++i) {

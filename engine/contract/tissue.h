@@ -29,9 +29,9 @@ inline constexpr int kTissueCount = 10;
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
-/// Energy per volume of bladed tools by the thickness h of their chips: u = specific energy · energy_ratio ·
+/// Energy per volume of one kind of edge by the thickness h of its chips: u = specific energy · energy_ratio ·
 /// (h / chip)^−exponent.
-struct BladeLaw {
+struct EdgeLaw {
   double energy_ratio = 1;  // u / specific energy, at h = chip
   double chip = 10e-6;      // m
   double exponent = 0;
@@ -47,7 +47,7 @@ struct Material {
   double dynamic_friction = 0.15;
   double density = 2900;  // kg/m³, density of the tissue
   dvec3 color{1, 1, 1};   // sRGB, 0..1, colour of the tissue
-  BladeLaw blade{};
+  EdgeLaw blade{}, grit{};  // of drills; of diamonds
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 

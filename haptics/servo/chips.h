@@ -1,4 +1,4 @@
-// Chips of a bladed tool: their thickness, and the energy that they need.
+// Chips of blades and of a diamond's grains: their thickness, the energy that they need, and the space for them.
 #pragma once
 
 #include <algorithm>
@@ -6,26 +6,43 @@
 
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
+#include "haptics/tool.h"
 
 namespace typodont::haptics {
 
 struct ChipParameters {
-  // s, of the thickness
+  // s, of the feed per turn
   static constexpr double time = 0.03;
-  // h / BladeLaw::chip; thinner and thicker chips were not measured
-  static constexpr double min_range = 1e-2, max_range = 10;
+  // h / EdgeLaw::chip; thinner and thicker chips were not measured
+  static constexpr double min_range = 0.04, max_range = 10;
+  // distance between grains / their size: a quarter of the surface carries grains
+  static constexpr double grain_distance = 2;
+  // width / thickness of a grain's chip
+  static constexpr double chip_width = 10;
+  // feed per turn / size of the grains, at which chips fill the space between them
+  static constexpr double chip_space = 3.1e-3;
 };
 
-/// h = v / (n N), m, of N blades at the angular speed `speed`, that advance by v.
-inline double chip_thickness(double advance, double speed, int blades) noexcept {
-  return 2 * kPi * advance / (speed * blades);
+/// h, m, for a `feed` (m per turn): of N blades feed / N, of grains at the distance a on the radius r
+/// a √(feed / (2π r b)), b = chip_width.
+inline double chip_thickness(const Tool& tool, double feed) noexcept {
+  using P = ChipParameters;
+  if (tool.blades > 0) return feed / tool.blades;
+  return P::grain_distance * tool.grit * std::sqrt(std::max(feed, 0.0) / (2 * kPi * tool.radius() * P::chip_width));
 }
 
 /// u / specific energy.
-inline double energy_ratio(const BladeLaw& law, double chip) noexcept {
+inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   if (law.exponent == 0) return law.energy_ratio;
   using P = ChipParameters;
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
+}
+
+/// Work / work of cutting: chips without space rub. Blades have enough.
+inline double rubbing(const Tool& tool, double feed) noexcept {
+  if (!(tool.grit > 0 && feed > 0)) return 1;
+  const double full = feed / (ChipParameters::chip_space * tool.grit), full2 = full * full, full4 = full2 * full2;
+  return 1 + full4 * full4;
 }
 
 }  // namespace typodont::haptics

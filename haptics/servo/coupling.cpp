@@ -32,8 +32,9 @@ Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
 
 Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
   EdgeMeans mean{0, 1, tool().cutting_coefficient};
-  const bool bladed = tool().blades > 0;
-  double sum = 0, by_blades = 0, force_ratio = 0, total = 0;
+  const bool grinds = tool().grit > 0, known = tool().edges_known();
+  const double chip = known ? chip_thickness(tool(), cutting.feed) : 0.0;
+  double sum = 0, by_chips = 0, force_ratio = 0, total = 0;
   for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
     const double fraction = coupling.tissue[i];
     if (fraction == 0) continue;
@@ -41,14 +42,15 @@ Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
     const double energy = fraction * material.specific_energy * coupling.hardness[i];
     sum += energy;
     total += fraction;
-    if (!bladed) continue;
-    by_blades += energy * energy_ratio(material.blade, cutting.chip);
-    force_ratio +=
-        fraction * (material.blade.force_ratio > 0 ? material.blade.force_ratio : tool().cutting_coefficient);
+    if (!known) continue;
+    const EdgeLaw& law = grinds ? material.grit : material.blade;
+    by_chips += energy * energy_ratio(law, chip);
+    force_ratio += fraction * (law.force_ratio > 0 ? law.force_ratio : tool().cutting_coefficient);
   }
   if (!(total > 0)) return mean;
   mean.specific_energy = sum / total;
-  if (bladed && sum > 0) mean.energy_ratio = by_blades / sum, mean.force_ratio = force_ratio / total;
+  if (known) mean.force_ratio = force_ratio / total;
+  if (known && sum > 0) mean.energy_ratio = by_chips / sum * rubbing(tool(), cutting.feed);
   return mean;
 }
 
@@ -73,7 +75,6 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (settings.position_step > 0) c.depth_speed.add(now.hand.t, {glm::length(now.contact.p_WG - now.X_WT.p), 0, 0});
   c.normal_force = c.head_force = c.pressing = 0;
-  cutting.chip *= std::exp(-now.dt / ChipParameters::time);
   c.rate = 0;
   c.friction = {};
   fade_teeth(now);
@@ -112,10 +113,9 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     c.pressed = dvec3(0);  // nothing presses the head on tissue
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
-  if (const double speed = std::abs(now.spindle.speed); tool().blades > 0 && speed > 0) {
+  if (const double speed = std::abs(now.spindle.speed); tool().edges_known() && speed > 0 && c.pressed != dvec3(0)) {
     const double advance = -glm::dot(contact.p_WG - motion.X_WG.p, c.pressed) / now.dt;
-    cutting.chip +=
-        (chip_thickness(advance, speed, tool().blades) - cutting.chip) * (1 - std::exp(-now.dt / ChipParameters::time));
+    cutting.feed += (2 * kPi * advance / speed - cutting.feed) * (1 - std::exp(-now.dt / ChipParameters::time));
   }
   dvec3 sideways(0);
   // Not for a rotating bur: it always slips, and its edges' force is the tangential one.

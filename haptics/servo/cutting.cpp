@@ -16,7 +16,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   SpindleLoad spindle{cutting.speed, 0};
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
-  now.energy_ratio = bur.energy_ratio * edges.energy_ratio;
+  now.energy_ratio = edges.energy_ratio;
   // W / energy_ratio, so that models need only the material's own energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {

@@ -1,4 +1,5 @@
-// Chips of bladed tools, and the torque that a controlled motor holds its speed against.
+// Chips of blades and grains, and the torque that a controlled motor holds its speed against.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
@@ -14,11 +15,43 @@ namespace {
 using namespace literals;
 using namespace haptics;
 
-constexpr BladeLaw kLaw{0.5, 40e-6, 0.3, 0.54};
+constexpr EdgeLaw kLaw{0.5, 40e-6, 0.3, 0.54}, kGritLaw{3, 0.12e-6, 0.3, 0.5};
 
-TEST(Chips, AreAsThickAsTheAdvanceDividedByTheTurnsAndTheBlades) {
-  EXPECT_NEAR(chip_thickness(2.0_mm, 1.25_krpm, 2), 48e-6, 1e-12);
-  EXPECT_NEAR(chip_thickness(0.8333_mm, 12.0_krpm, 2), 2.083e-6, 1e-9);
+Tool bladed(int blades) {
+  Tool tool;
+  tool.blades = blades;
+  return tool;
+}
+Tool diamond(double grit) {
+  Tool tool;
+  tool.diameter = 1.2_mm, tool.grit = grit;
+  return tool;
+}
+
+TEST(Chips, OfBladesDivideTheFeedPerTurn) {
+  EXPECT_NEAR(chip_thickness(bladed(2), 96e-6), 48e-6, 1e-12);
+  EXPECT_NEAR(chip_thickness(bladed(3), 96e-6), 32e-6, 1e-12);
+}
+
+TEST(Chips, OfGrainsHaveTheVolumeOfTheFeed) {
+  using P = ChipParameters;
+  for (const double grit : {46e-6, 107e-6, 151e-6})
+    for (const double feed : {1e-9, 12e-9, 0.4e-6}) {
+      const double h = chip_thickness(diamond(grit), feed), a = P::grain_distance * grit;
+      const double turn = 2 * kPi * 0.6_mm;  // way of a grain in one turn; each has the area a²
+      EXPECT_NEAR(P::chip_width * h * h * turn / (feed * a * a), 1, 1e-12);
+    }
+  EXPECT_EQ(chip_thickness(diamond(107e-6), -1e-6), 0) << "pulled back";
+}
+
+TEST(Chips, OfGrainsTakeTwiceTheWorkWhereTheyFillTheSpaceAndHardlyMoreBelow) {
+  for (const double grit : {46e-6, 107e-6, 151e-6}) {
+    const double full = ChipParameters::chip_space * grit;
+    EXPECT_NEAR(rubbing(diamond(grit), full), 2, 1e-12);
+    EXPECT_LT(rubbing(diamond(grit), full / 2), 1.02);
+    EXPECT_EQ(rubbing(diamond(grit), -full), 1);
+  }
+  EXPECT_EQ(rubbing(bladed(2), 1.0_mm), 1);
 }
 
 TEST(Chips, TheirEnergyFallsByThePowerOfTheirThicknessWithinTheMeasuredRange) {
@@ -30,20 +63,21 @@ TEST(Chips, TheirEnergyFallsByThePowerOfTheirThicknessWithinTheMeasuredRange) {
   EXPECT_EQ(energy_ratio({2, 40e-6, 0, 0}, 1e-6), 2);
 }
 
-/// J/mm³ and the torque (N·mm) of a drill that is fed into a block, by the stated number of blades.
+/// J/mm³ and the torque (N·mm) of a tool with these edges that is fed into a block.
 struct Drilled {
   double energy = 0, torque = 0;
 };
-Drilled drill(int blades, double feed, double rate) {
+Drilled drill(const Tool& edges, double feed, double krpm, double rate) {
   ServoSettings s;
   s.tick = 1 / rate;
   s.tool.shape = HeadShape::kRoundEndCylinder;
-  s.tool.diameter = 2.0_mm, s.tool.length = 6.0_mm, s.tool.side_efficiency = 0.15, s.tool.blades = blades;
-  s.spindle.free_speed = 1.2_krpm;
+  s.tool.diameter = 2.0_mm, s.tool.length = 6.0_mm, s.tool.side_efficiency = 0.15;
+  s.tool.blades = edges.blades, s.tool.grit = edges.grit;
+  s.spindle.free_speed = krpm * kKrpm;
   s.stiffness = 1e6, s.damping = 0, s.force_limit = 1e6;
   s.friction = s.passivity = false;
   MaterialTable materials;
-  for (Material& m : materials) m = {.stiffness = 1000, .specific_energy = 3e9, .blade = kLaw};
+  for (Material& m : materials) m = {.stiffness = 1000, .specific_energy = 3e9, .blade = kLaw, .grit = kGritLaw};
   test::HapticBench bench(TissueVolume(read_solids(Json::parse(
                               R"({"voxel_mm": 0.1, "solids": [{"tissue": "cortical_bone", "solid":
         {"box": {"size_mm": [4, 4, 6], "center_mm": [0, 0, -3]}}}]})",
@@ -61,12 +95,22 @@ Drilled drill(int blades, double feed, double rate) {
   return {work / (removed - before) / kJoulePerCubicMillimetre, work / angle / kMillimetre};
 }
 
-TEST(Chips, ADrillPaysForTheThicknessOfItsOwnChipsAtEveryServoRate) {
+TEST(Chips, ADrillAndADiamondPayForTheThicknessOfTheirOwnChipsAtEveryServoRate) {
   for (const double rate : {500.0, 1000.0, 4000.0})
     for (const double feed : {0.5_mm, 2.0_mm})
-      EXPECT_NEAR(drill(2, feed, rate).energy / (3 * energy_ratio(kLaw, chip_thickness(feed, 1.2_krpm, 2))), 1, 0.03)
+      EXPECT_NEAR(
+          drill(bladed(2), feed, 1.2, rate).energy / (3 * energy_ratio(kLaw, chip_thickness(bladed(2), feed / 20))), 1,
+          0.03)
           << rate << " Hz, " << feed;
-  EXPECT_NEAR(drill(0, 2.0_mm, 1000).energy, 3, 0.03) << "without stated blades";
+  for (const double rate : {500.0, 1000.0, 4000.0})
+    for (const double grit : {46e-6, 107e-6}) {
+      Tool tool = diamond(grit);
+      tool.diameter = 2.0_mm;
+      const double feed = 2.0_mm / 20000;
+      const double ratio = energy_ratio(kGritLaw, chip_thickness(tool, feed)) * rubbing(tool, feed);
+      EXPECT_NEAR(drill(tool, 2.0_mm, 1200, rate).energy / (3 * ratio), 1, 0.03) << rate << " Hz, " << grit;
+    }
+  EXPECT_NEAR(drill(Tool{}, 2.0_mm, 1.2, 1000).energy, 3, 0.03) << "edges not stated";
 }
 
 TEST(Chips, AControlledMotorHoldsItsSpeedUpToTheStatedTorque) {
@@ -84,14 +128,19 @@ TEST(Chips, AControlledMotorHoldsItsSpeedUpToTheStatedTorque) {
   EXPECT_THROW(motor(6), Error);
 }
 
-TEST(Chips, BladesOutsideOfPhysicsAreRefusedWithKeyAndRange) {
-  try {
-    (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "blades": 65})", "tool"));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("blades"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("64"), std::string::npos);
-  }
+TEST(Chips, EdgesOutsideOfPhysicsAreRefusedWithKeyAndRange) {
+  const auto refused = [](const std::string& keys) {
+    try {
+      (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, )" + keys + "}", "tool"));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using testing::AllOf, testing::HasSubstr;
+  EXPECT_THAT(refused(R"("blades": 65)"), AllOf(HasSubstr("blades"), HasSubstr("64")));
+  EXPECT_THAT(refused(R"("grit_um": 600)"), AllOf(HasSubstr("grit_um"), HasSubstr("500")));
+  EXPECT_THAT(refused(R"("blades": 6, "grit_um": 100)"), HasSubstr("one of them"));
 }
 
 }  // namespace

@@ -21,11 +21,12 @@ TEST_P(Reality, AgreesWithAnExperimentThatSetNoConstant) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rows, Reality,
-                         testing::Values("dentin_above_enamel", "macor_carbide_coarse", "macor_diamond",
-                                         "femur_thrust_1250", "femur_torque_1250", "femur_feed_1000",
-                                         "artificial_thrust_1000", "artificial_torque_1000", "artificial_thrust_1500",
-                                         "artificial_torque_1500", "bone_small_chips", "bovine_thrust_exponent",
-                                         "electric_holds", "electric_power"),
+                         testing::Values("enamel_diamond_bovine", "dentin_above_enamel", "macor_grit",
+                                         "macor_medium_below", "macor_coarse_rises", "leucite_ratio_heavy",
+                                         "macor_carbide_coarse", "macor_diamond", "femur_thrust_1250",
+                                         "femur_torque_1250", "femur_feed_1000", "artificial_thrust_1000",
+                                         "artificial_torque_1000", "artificial_thrust_1500", "artificial_torque_1500",
+                                         "bone_small_chips", "bovine_thrust_exponent", "electric_power"),
                          [](const auto& param) { return std::string(param.param); });
 
 }  // namespace

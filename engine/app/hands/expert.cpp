@@ -23,8 +23,8 @@ namespace {
 struct CutForce {
   // rough: bulk, if another tool finishes; bulk: if the same one does; finishing: final surface
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
-  // a coarse tool's bulk; it needs less energy per volume
-  static constexpr double coarse = 2.7;
+  // a coarse tool's bulk; near the greatest power of a turbine
+  static constexpr double coarse = 2.0;
   // upper limit, in the largest force that the task accepts
   static constexpr double below_most = 0.9;
 };
@@ -236,9 +236,9 @@ class Plan {
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
       follow(strokes, by_hand, terrain,
-             tool.energy_ratio < 1 ? CutForce::coarse
-             : other_finishes      ? CutForce::rough
-                                   : CutForce::bulk);
+             tool.coarse()    ? CutForce::coarse
+             : other_finishes ? CutForce::rough
+                              : CutForce::bulk);
     }
   }
 
@@ -267,7 +267,7 @@ class Plan {
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
                            double least_thickness) const {
-    const bool coarse = tool.energy_ratio < 1;
+    const bool coarse = tool.coarse();
     const double step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
                                    grip_.size * ToolChoice::least_pass,
                                    grip_.size * (coarse ? ToolChoice::most_coarse_pass : ToolChoice::most_pass));
@@ -338,7 +338,7 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].energy_ratio < 1});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].coarse()});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;

@@ -635,7 +635,7 @@ class StrokePlanner {
   const double floor_of_column_ = size_ * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
-  const bool coarse_ = tool_.energy_ratio < 1;
+  const bool coarse_ = tool_.coarse();
   const double bridged_ = size_ * (coarse_ ? kCoarseBridged : kBridged);
   // m, distance between two layers of strokes while most of the tissue is removed
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
