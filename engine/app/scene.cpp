@@ -22,6 +22,7 @@
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "engine/session/heat.h"
 #include "engine/session/packing_file.h"
 #include "engine/session/place.h"
 #include "haptics/contact_method.h"
@@ -186,12 +187,12 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
-  json.allow_only(
-      {"name",           "description",  "tissue",           "paint",        "tool",     "tools",      "spindle_krpm",
-       "spindle",        "coupling",     "materials",        "parts",        "friction", "cutting",    "passivity",
-       "boundary_walls", "force_filter", "vibration",        "score",        "sound",    "prepare",    "paint_file",
-       "model",          "task",         "surroundings",     "mouth_mirror", "suction",  "spray",      "resume",
-       "force_limit_N",  "tooth",        "torque_limit_Nmm", "tool_set",     "implant",  "handpieces", "rig"});
+  json.allow_only({"name",         "description",      "tissue",         "paint",        "tool",       "tools",
+                   "spindle_krpm", "spindle",          "coupling",       "materials",    "parts",      "friction",
+                   "cutting",      "passivity",        "boundary_walls", "force_filter", "vibration",  "score",
+                   "sound",        "prepare",          "heat",           "paint_file",   "model",      "task",
+                   "surroundings", "mouth_mirror",     "suction",        "spray",        "resume",     "force_limit_N",
+                   "tooth",        "torque_limit_Nmm", "tool_set",       "implant",      "handpieces", "rig"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -370,6 +371,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
         spray->number_or("flow_ml_per_min", scene.spray->flow / kMillilitrePerMinute, 0.1, 500) * kMillilitrePerMinute;
     scene.spray_on = spray->boolean_or("on", true);
   }
+  if (const auto heat = json.find("heat")) (void)session::read_heat(*heat);  // HeatMeter reads it again
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);

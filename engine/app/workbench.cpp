@@ -28,6 +28,7 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/task/damage.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
 #include "engine/base/check.h"
@@ -107,6 +108,8 @@ struct Workbench::Impl {
   std::optional<session::HandMeter> meter;
   // measures the damage for the score; empty if no operator's window shows the session
   std::optional<DamageMeter> damage;
+  // temperature of pulp and bone; empty if the scene does not ask for it
+  std::optional<HeatMeter> heat;
   // finds the present phase of an implant exercise; empty in other exercises
   std::optional<session::ImplantMeter> implant;
   // m³, volume of each tissue at the start; used only if an operator's window shows the session
@@ -284,6 +287,7 @@ void Workbench::Impl::set_up() {
     damage = damage_meter(scene);
   }
   if (scene.implant) implant.emplace(*scene.implant);
+  heat = heat_meter(scene, tissue);
   if ((s.draw && window) || s.operated) {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
@@ -442,6 +446,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     // If the score is computed (in the operator's window; `meter` exists), `implant` gets every tick. Without a score,
     // the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
+    if (heat && !meter) heat->add({&tick, 1}, picture->world().water().spray);
     edit_tissue(over);
     picture->draw(hint(), summary.work);
     return true;
@@ -503,6 +508,9 @@ std::string Workbench::Impl::hint() const {
       if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
       parts.insert(parts.end(), keys.begin(), keys.end());
     }
+    if (heat && heat->pulp() > HeatMeter::kBody + HeatMeter::kPulpHarm)
+      parts.push_back(words("pulp_hot", number(heat->pulp() - HeatMeter::kBody, 1)));
+    if (heat && heat->bone() > HeatMeter::kBoneHarm) parts.push_back(words("bone_hot", number(heat->bone(), 0)));
     if (loop.bearable_force > 0) {
       parts.push_back(words("motors", number(100 * loop.heat, 0), number(loop.bearable_force, 1)));
       if (!loop.armed) parts.push_back(words("not_armed"));
@@ -603,6 +611,7 @@ void Workbench::Impl::score(ServoTick next) {
   session::set_scored_times({&next, 1}, hands.right->info().rate);
   meter->add({&next, 1});
   if (damage) damage->add({&next, 1});
+  if (heat) heat->add({&next, 1}, picture->world().water().spray);
   if (implant) implant->add({&next, 1});
   picture->views()->explore(next);
 }
@@ -845,6 +854,7 @@ session::Score Workbench::score_so_far() {
   }
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
+  if (m.heat) input.heat = m.heat->result();
   if (m.implant) input.implant = m.implant->result();
   return session::score_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input);
 }
@@ -853,6 +863,7 @@ FinishedHand Workbench::take_hand() {
   FinishedHand finished;
   if (m.meter) finished.input.hand = m.meter->result();
   if (m.damage) finished.input.damage = m.damage->result();
+  if (m.heat) finished.input.heat = m.heat->result();
   if (m.implant) finished.input.implant = m.implant->result();
   std::tie(finished.explore, finished.unexplored) = std::move(m.explored);
   return finished;

@@ -303,8 +303,15 @@ constexpr Measure kMeasures[] = {
        return in.implant->over_force;
      },
      false, Basis::kTicks},
+    {"pulp_heating_K", "K", Best::kAtMost,
+     [](In in) -> Value {
+       if (!in.heat || !in.heat->pulp) return std::nullopt;
+       return in.heat->pulp_max - HeatMeasures{}.pulp_max;
+     },
+     false, Basis::kHand},
     {"bone_temperature_C", "°C", Best::kAtMost,
      [](In in) -> Value {
+       if (in.heat && in.heat->bone) return in.heat->bone_max;
        if (!in.implant) return std::nullopt;
        return in.implant->hottest;
      },
@@ -454,6 +461,7 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   in.hand = {};
   in.cavity = input.cavity_ideal;
   in.after = input.ideal.value_or(input.before);
+  if (in.heat) in.heat->pulp_max = in.heat->bone_max = HeatMeasures{}.pulp_max;
   if (in.damage) in.damage->neighbour_volume = in.damage->gum_volume = 0;
   return in;
 }

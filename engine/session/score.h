@@ -71,6 +71,16 @@ struct DamageMeasures {
   double first = -1;  // s, first touch; negative: none
 };
 
+/// Temperatures of the pulp's and the bone's hottest and coldest places, °C.
+struct HeatMeasures {
+  bool pulp = false, bone = false;  // the tissue has such
+  double pulp_max = 37, pulp_min = 37;
+  double bone_max = 37;   // 0.5 mm from the wall
+  double bone_above = 0;  // s, longest time above 47 °C
+  // at the end of each second
+  std::vector<float> pulp_curve, bone_curve;
+};
+
 struct ScoreInput {
   PerTissue before{};              // m³ of each tissue at the start
   PerTissue after{};               // m³ of each tissue at the end
@@ -83,6 +93,7 @@ struct ScoreInput {
   std::optional<CavityMeasures> cavity_ideal;  // of the ideal
   std::optional<ExploreMeasures> explore;      // exists only for an exploration task
   std::optional<DamageMeasures> damage;        // with neighbouring teeth or gum only
+  std::optional<HeatMeasures> heat;            // with "heat" in the scene only
   std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
 };
 

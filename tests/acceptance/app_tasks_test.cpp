@@ -15,6 +15,7 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/stepped.h"
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/tissue_edit.h"
@@ -96,6 +97,7 @@ struct TaskBench {
   session::Score score(const haptics::TissueVolume& after) const {
     session::ScoreInput input = steady_hand(start);
     input.after = after.volumes();
+    if (const auto heat = heat_meter(scene, start)) input.heat = heat->result();
     judge.judge(after, input);
     return session::score(input, session::rules_of_scene(Json::parse(scene.text, scene.name), input));
   }

@@ -175,6 +175,7 @@ const MeasureWorsening kMeasures[] = {
     {"insertion_torque_Ncm", 35, [](ScoreInput& in, double v) { in.implant->insertion_torque = v / 100; }},
     {"bone_contact_percent", 90, [](ScoreInput& in, double v) { in.implant->bone_contact = v / 100; }},
     {"over_force_s", 0, [](ScoreInput& in, double v) { in.implant->over_force = v; }},
+    {"pulp_heating_K", 3, [](ScoreInput& in, double v) { in.heat->pulp_max = 37 + v; }},
     {"bone_temperature_C", 44, [](ScoreInput& in, double v) { in.implant->hottest = v; }},
     {"force_mean_N", 1, [](ScoreInput& in, double v) { in.hand.force_mean = v; }},
     {"force_max_N", 3, [](ScoreInput& in, double v) { in.hand.force_max = v; }},
@@ -223,6 +224,7 @@ TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
         in.cavity->has_ideal = true;
         in.cavity->wanted = in.cavity->done = 1e-9;
         in.damage = DamageMeasures{true, true, 0, 0, -1};
+        if (m.name == std::string_view("pulp_heating_K")) in.heat.emplace().pulp = true;
         if (is_implants(m.name)) {
           in.implant.emplace();
           in.implant->phases.assign(1, {});

@@ -15,6 +15,7 @@
 #include "engine/app/scene/implant_scene.h"
 #include "engine/app/stepped.h"
 #include "engine/app/task/damage.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -52,6 +53,7 @@ inline ExpertResult expert_session(const std::string& name, double longest) {
   SteppedSession session(scene, load_tissue(scene), 1000);
   session::HandMeter meter(1000);
   std::optional<DamageMeter> damage = damage_meter(scene);
+  std::optional<HeatMeter> heat = heat_meter(scene, start);
   std::optional<session::ImplantMeter> surgery;
   std::unique_ptr<haptics::HapticDevice> hand;
   if (scene.implant) {
@@ -65,6 +67,7 @@ inline ExpertResult expert_session(const std::string& name, double longest) {
     if (to_seconds(tick.t) > longest) throw RunFailure(name + ": the expert does not end");
     meter.add({&tick, 1});
     if (damage) damage->add({&tick, 1});
+    if (heat) heat->add({&tick, 1}, scene.spray_on);
     if (surgery) surgery->add({&tick, 1});
   }
   session::ScoreInput input;
@@ -72,6 +75,7 @@ inline ExpertResult expert_session(const std::string& name, double longest) {
   input.after = session.carver().volume().volumes();
   input.hand = meter.result();
   if (damage) input.damage = damage->result();
+  if (heat) input.heat = heat->result();
   if (surgery) {
     input.implant = surgery->result();
     measure_bed(*scene.implant, session.carver().volume(), *input.implant);

@@ -11,6 +11,7 @@
 #include "engine/app/planning/scene_text.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/damage.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -151,6 +152,7 @@ void validate_exercise(const std::string& text, const fs::path& file) {
   input.before = input.after = start.volumes();
   TaskEvaluator(scene, start).judge(start, input);
   if (const auto meter = damage_meter(scene)) input.damage = meter->result();
+  if (const auto meter = heat_meter(scene, start)) input.heat = meter->result();
   try_rules([&](const Json& alone) { (void)session::task_rules(alone, input); });
 }
 

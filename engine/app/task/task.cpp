@@ -10,6 +10,7 @@
 #include "engine/app/scene/implant_scene.h"
 #include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/damage.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -337,6 +338,30 @@ EvaluatedSession evaluate_session(const session::SessionReader& session) {
   return evaluate_session(session, scene_of(session));
 }
 
+namespace {
+
+/// The spray's switch over a recording. Ask in the order of time.
+class Water {
+ public:
+  Water(const session::SessionReader& session, bool on) : on_(on) {
+    const auto& specs = session.header().streams;
+    for (std::size_t i = 0; i < specs.size(); ++i)
+      if (specs[i].name == "water") stream_ = &session.streams()[i];
+  }
+  bool sprays(Nanos t) {
+    for (; stream_ && next_ < stream_->t.size() && stream_->t[next_] <= t; ++next_)
+      on_ = stream_->columns.front()[next_] > 0;
+    return on_;
+  }
+
+ private:
+  const session::StreamData* stream_ = nullptr;
+  std::size_t next_ = 0;
+  bool on_;
+};
+
+}  // namespace
+
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene) {
   haptics::TissueVolume start = load_untouched(scene);
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
@@ -348,19 +373,23 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   auto explored = judge.explore_meter();
   auto damage = damage_meter(scene);
+  auto heat = heat_meter(scene, start);
+  Water water(session, scene.spray_on);
   std::optional<session::ImplantMeter> implant;
   if (scene.implant) implant.emplace(*scene.implant);
   constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
-  const bool reads = explored || damage || implant;
+  const bool reads = explored || damage || heat || implant;
   for (std::uint64_t first = 0; reads && first < session.tick_count(); first += kPieceTicks) {
     std::vector<ServoTick> ticks = session.ticks(first, kPieceTicks);
     session::set_scored_times(ticks, session.header().servo_rate);
     if (explored) explored->add(ticks);
     if (damage) damage->add(ticks);
+    for (std::size_t i = 0; heat && i < ticks.size(); ++i) heat->add({&ticks[i], 1}, water.sprays(ticks[i].t));
     if (implant) implant->add(ticks);
   }
   if (explored) input.explore = explored->result();
   if (damage) input.damage = damage->result();
+  if (heat) input.heat = heat->result();
   if (implant) {
     input.implant = implant->result();
     measure_bed(*scene.implant, after, *input.implant);

@@ -107,7 +107,17 @@ void Page::over_time() {
   if (course_.most_spindle > 0) plot("spindle", "spindle", "krpm", course_.spindle, 0);
   plot("depth", "depth", "mm", course_.depth, 3, "depth_note");
   plot("removed_course", "removed", "mm³", course_.removed, 2);
+  if (options_.input && options_.input->heat) {
+    temperature("pulp_temperature", options_.input->heat->pulp_curve);
+    temperature("bone_temperature", options_.input->heat->bone_curve);
+  }
   put("</section>\n");
+}
+
+void Page::temperature(const char* key, const std::vector<float>& curve) {
+  if (curve.empty()) return;
+  const std::vector<double> values(curve.begin(), curve.end());
+  plot(key, "depth", "°C", {values, values, values}, 1);
 }
 
 void Page::touched() {

@@ -77,6 +77,8 @@ class Page : private Words {
   /// Tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
+  /// Of one tissue, °C at the end of each second.
+  void temperature(const char* key, const std::vector<float>& curve);
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();

@@ -43,6 +43,7 @@ ESTIMATES = [
     ("`scrapes` of excavators and carvers", "mass of dentin lost over 50 strokes at 5 N"),
     ("`static_friction` and `dynamic_friction`", "a steel ball of 0.5 mm on wet enamel, dentin and bone at 0.2 to 2 N"),
     ("`stiffness_N_per_mm` of all tissues but enamel, dentin and pulp", "force and depth of an explorer in each"),
+    ("`work` and `films` of heat", "thermocouples at two depths of a tooth under one diamond at a stated load, dry and with 10 and 50 ml/min"),
     ("torque lines of the motors", "one named turbine and one electric handpiece, braked in 20 steps"),
     ("`run_up_s` of electric motors", "speed of a free bur after a step of the pedal"),
     ("necks and lengths of shanks", "a caliper on the burs"),

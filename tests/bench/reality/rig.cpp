@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string_view>
 
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
+#include "engine/app/task/heat.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/lockstep.h"
@@ -21,9 +25,10 @@ using namespace literals;
 
 // Stiffness of the rig, N/m: deflects by 10 µm at 1 N, by 0.2 mm at 200 N.
 constexpr double kToothRig = 1e5, kBoneRig = 1e6;
-constexpr double kStroke = 10.0_mm, kSlotLength = 8.0_mm, kSlabDepth = 6.0_mm;
-constexpr double kGap = 0.02_mm;           // from the loaded hand to the first contact
-constexpr double kSettling = 0.2;          // of a run, not measured
+constexpr double kStroke = 10.0_mm, kToothStroke = 6.0_mm, kSlotLength = 8.0_mm, kSlabDepth = 6.0_mm;
+constexpr double kGap = 0.02_mm;   // from the loaded hand to the first contact
+constexpr double kSettling = 0.2;  // of a run, not measured
+constexpr double kToothVoxel = 0.1_mm;
 constexpr const char* kLab = "composite";  // holds the material of the laboratory
 
 double value(const Conditions& c, std::string_view key) {
@@ -56,7 +61,7 @@ haptics::Tool tool_of(const Conditions& c) {
 MaterialTable materials_of(const Conditions& c) {
   MaterialTable table = load_materials();
   const std::string& name = c.at("tissue");
-  if (!tissue_named(name)) {
+  if (name != "tooth" && !tissue_named(name)) {
     Material& material = table[static_cast<std::size_t>(*tissue_named(kLab))] = {};
     read_material(Json::load(TYPODONT_REALITY "/materials.json")[name], material);
   }
@@ -64,10 +69,23 @@ MaterialTable materials_of(const Conditions& c) {
   return table;
 }
 
+/// A molar of 10 × 10 × 10 mm below z = 0, with an enamel of 1 mm.
+haptics::TissueVolume tooth(const Conditions& c, double voxel) {
+  const double pulp = -1 - value(c, "dentin_mm") - 1.5;
+  return haptics::TissueVolume(haptics::read_solids(Json::parse(
+      fmt::format(
+          R"({{"voxel_mm":{:g},"solids":[{{"tissue":"dentin","solid":{{"box":{{"size_mm":[10,10,10],"center_mm":[0,0,-5]}}}}}},
+          {{"tissue":"enamel","solid":{{"box":{{"size_mm":[10,10,1],"center_mm":[0,0,-0.5]}}}}}},
+          {{"tissue":"pulp","solid":{{"box":{{"size_mm":[4,4,3],"center_mm":[0,0,{:g}]}}}}}}]}})",
+          voxel / kMillimetre, pulp),
+      "tooth")));
+}
+
 /// Its face is z = 0, its front x = 0.
 test::HapticBench slab(const Conditions& c, const haptics::ServoSettings& settings, const dvec3& size_mm,
                        const dvec3& center_mm) {
   const std::string& name = c.at("tissue");
+  if (name == "tooth") return {tooth(c, kToothVoxel), settings, materials_of(c)};
   const std::string json = fmt::format(
       R"({{"voxel_mm":{:g},"solids":[{{"tissue":"{}","solid":{{"box":{{"size_mm":[{:g},{:g},{:g}],"center_mm":[{:g},{:g},{:g}]}}}}}}]}})",
       settings.tool.radius() / kMillimetre / 10, tissue_named(name) ? name : kLab, size_mm.x, size_mm.y, size_mm.z,
@@ -94,7 +112,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   settings.damping = 0;
   settings.friction = settings.passivity = false;
   settings.force_limit = 1e6;
-  const bool plunges = rig == "plunge", slides = rig == "face";
+  const bool plunges = rig == "plunge", slides = rig == "face" || rig == "tooth";
   settings.stiffness = plunges ? kBoneRig : kToothRig;
   const double r = settings.tool.radius(), head_mm = settings.tool.length / kMillimetre;
 
@@ -119,13 +137,21 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   // Steady: the drill's full diameter, the slot's middle, the strokes after the first.
   const double first = plunges ? r + 0.5_mm : slides ? -gap : r + 0.5_mm;
   const double last = plunges ? kSlabDepth - 0.8_mm : slides ? kSlabDepth : first + 3.0_mm;
+  std::optional<HeatMeter> heat;
+  if (rig == "tooth") {
+    const bool cooled = c.contains("coolant_C");
+    heat.emplace(session::read_heat_constants(Json::load(assets_folder() / "materials" / "heat.json")),
+                 session::HeatSettings{cooled ? value(c, "coolant_C") : HeatMeter::kBody},
+                 cooled ? settings.spindle.nozzles->flow : 0, tooth(c, kToothVoxel), std::span(&settings.tool, 1));
+  }
+  const double way_back = rig == "tooth" ? kToothStroke : kStroke;
   Sums sums;
   dvec3 at = start;
   for (double t = 0; t < seconds; t += settings.tick) {
     dvec3 hand = loaded ? at + deflection * push : start + feed * t * push;
     if (slides) {
-      const double phase = std::fmod(stroke * t / kStroke, 2.0);
-      hand.x = kStroke * (phase < 1 ? phase - 0.5 : 1.5 - phase);
+      const double phase = std::fmod(stroke * t / way_back, 2.0);
+      hand.x = way_back * (phase < 1 ? phase - 0.5 : 1.5 - phase);
       hand.y = 0;
     } else if (plunges) {
       hand.x = hand.y = 0;
@@ -134,6 +160,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
     }
     const ServoTick& tick = bench.tick({hand, R}, 1);
     at = tick.X_WG.p;
+    if (heat) heat->add({&tick, 1}, c.contains("coolant_C"));
     const double way = glm::dot(at - start, push) - gap;
     if (way > last) break;
     const bool measured = way >= first && (plunges || !slides || t > kSettling * seconds);
@@ -151,6 +178,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   }
 
   Measured result;
+  if (heat) result.pulp = heat->pulp();
   result.radius = r;
   result.free_speed = settings.spindle.free_speed;
   const double time = to_seconds(sums.end - sums.begin), removed = sums.removed - sums.removed_from;

@@ -8,7 +8,8 @@ namespace typodont::bench {
 
 /// Of one run, as text by name: "tissue" (of the program, or of materials.json), "tool" (file; "diameter_mm" and
 /// "length_mm" replace its own), "motor" (file; "free_krpm" replaces its speed) or "krpm" (ideal), "load_N" or
-/// "feed_mm_s", "stroke_mm_s", "engaged_mm" (width of the slab), "depth_um".
+/// "feed_mm_s", "stroke_mm_s", "engaged_mm" (width of the slab), "depth_um"; of a tooth "dentin_mm" above its pulp and
+/// "coolant_C" (without it: dry).
 using Conditions = std::map<std::string, std::string, std::less<>>;
 
 /// Over the steady part of a run.
@@ -22,10 +23,12 @@ struct Measured {
   double speed = 0;        // rad/s, of the spindle
   double free_speed = 0;   // rad/s
   double radius = 0;       // m, of the tool
+  double pulp = 0;         // °C, at the end
 };
 
-/// `rig`: "face" (load on a face, strokes along it), "slot" (load along a slot of half the diameter), "mill" (feed
-/// along a slot of a given depth), "plunge" (load or feed along the axis). `seconds`: the longest run. Throws Error.
+/// `rig`: "face" (load on a face, strokes along it), "tooth" (the same on enamel over dentin and pulp), "slot" (load
+/// along a slot of half the diameter), "mill" (feed along a slot of a given depth), "plunge" (load or feed along the
+/// axis). `seconds`: the longest run. Throws Error.
 Measured run_rig(const std::string& rig, const Conditions& conditions, double seconds);
 
 /// Brakes a free bur from its free speed to standstill.
