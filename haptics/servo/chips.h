@@ -19,8 +19,9 @@ struct ChipParameters {
   static constexpr double grain_distance = 2;
   // width / thickness of a grain's chip
   static constexpr double chip_width = 10;
-  // feed per turn / size of the grains, at which chips fill the space between them
-  static constexpr double chip_space = 3.1e-3;
+  // feed per turn / size of the grains, at which chips fill the space between them; beyond `most_full` times that, the
+  // tool comes through the air
+  static constexpr double chip_space = 3.1e-3, most_full = 1.2;
 };
 
 /// h, m, for a `feed` (m per turn): of N blades feed / N, of grains at the distance a on the radius r
@@ -40,8 +41,10 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
 
 /// Work / work of cutting: chips without space rub. Blades have enough.
 inline double rubbing(const Tool& tool, double feed) noexcept {
+  using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;
-  const double full = feed / (ChipParameters::chip_space * tool.grit), full2 = full * full, full4 = full2 * full2;
+  const double full = std::min(feed / (P::chip_space * tool.grit), P::most_full), full2 = full * full,
+               full4 = full2 * full2;
   return 1 + full4 * full4;
 }
 

@@ -17,6 +17,11 @@ void Servo::State::earn(ContactTick& now) noexcept {
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
+  // What the motor has paid is worth as much of the material's own energy as today's chips need.
+  const double worth = cutting.energy_ratio / now.energy_ratio;
+  cutting.energy_ratio = now.energy_ratio;
+  cutting.budget *= worth;
+  cutting.wall_budget *= worth;
   // W / energy_ratio, so that models need only the material's own energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {

@@ -92,6 +92,7 @@ struct Servo::State {
     // 0..1, power at a wall of harder tissue in the last tick, divided by the head's full power; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
+    double energy_ratio = 1;  // of the last tick (ContactTick)
     double feed = 0;          // m, smoothed advance per turn of a tool with known edges
     double spindle_work = 0;  // J, total work of cutting so far
   };
