@@ -10,8 +10,8 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
-#include <new>
 #include <string>
+#include <system_error>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
@@ -157,8 +157,9 @@ int main(int argc, char** argv) {
   } catch (const Error& e) {
     log::error("{}", e.what());
     return 2;
-  } catch (const std::bad_alloc&) {
-    log::error("The operating system granted this program no more memory.");
+  } catch (const std::system_error& e) {
+    const bool no_thread = e.code() == std::errc::resource_unavailable_try_again;
+    log::error("{}", no_thread ? "The operating system granted this program no more threads." : e.what());
     return 1;
   } catch (const std::exception& e) {
     log::error("{}", e.what());

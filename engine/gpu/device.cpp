@@ -7,11 +7,15 @@
 
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/memory.h"
 #include "engine/gpu/driver_cache.h"
 
 namespace typodont::gpu {
 
 namespace {
+
+// A driver that compiles for the CPU crashes if memory runs out within a call.
+constexpr std::size_t kRoomForDriver = 256 << 20, kRoomToDraw = 128 << 20;  // bytes
 
 constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
@@ -159,6 +163,7 @@ void RangeAllocator::release(std::uint64_t start, std::uint64_t count) {
 Device Device::create(const DeviceOptions& options) {
   if (options.validation && !has_layer(kValidationLayer))
     throw Error("Vulkan", "", "no validation layer", "apt install vulkan-validationlayers");
+  require_memory(kRoomForDriver);
   Device d;
   d.messages_ = std::make_shared<int>(0);
   check_driver_cache();
@@ -430,6 +435,7 @@ void FrameRing::submit(Device& device, VkSemaphore wait, VkSemaphore signal) {
                            .pCommandBufferInfos = &commands,
                            .signalSemaphoreInfoCount = signal ? 1u : 0u,
                            .pSignalSemaphoreInfos = &signal_info};
+  if (device.processor) require_memory(kRoomToDraw);
   check(vkResetFences(device.device, 1, &s.done), "vkResetFences");
   check(vkQueueSubmit2(device.queue, 1, &info, s.done), "vkQueueSubmit2");
 }

@@ -4,10 +4,13 @@
 #include <cstring>
 
 #include "engine/base/check.h"
+#include "engine/base/memory.h"
 
 namespace typodont::gpu {
 
 namespace {
+
+constexpr std::size_t kRoomToCompile = 128 << 20;  // bytes, for drivers that crash without
 
 Buffer create_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
                      VkMemoryPropertyFlags preferred) {
@@ -277,6 +280,7 @@ VkSampler create_sampler(Device& device, const SamplerOptions& options) {
 }
 
 VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout) {
+  require_memory(kRoomToCompile);
   const VkShaderModule module = create_module(device, shader);
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                          .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -292,6 +296,7 @@ VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t
 }
 
 VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
+  require_memory(kRoomToCompile);
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < o.constants.size(); ++i) entries.push_back({i, 4 * i, 4});
   const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -14,11 +13,11 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/sync.h"
 #include "engine/session/format/hdf5.h"
@@ -67,11 +66,7 @@ std::size_t piece_of(std::string_view text, std::size_t size) {
   return n;
 }
 
-/// HDF5 can crash if memory runs out in one of its functions, so it is asked for before.
-bool memory_left(std::size_t bytes) noexcept {
-  void* const room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  return room != MAP_FAILED && ::munmap(room, bytes) == 0;
-}
+// HDF5 can crash if memory runs out in one of its functions.
 constexpr std::size_t kRoomToCreate = 32 << 20, kRoomToWrite = 4 << 20;  // bytes
 
 PerTissue in_mm3(const PerTissue& volumes) {
@@ -185,7 +180,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(fmt::format("a disk with {} MB left, of {} MB that a recording needs to begin", *free >> 20,
                        options.disk_needed >> 20));
 
-  if (!memory_left(kRoomToCreate)) throw std::bad_alloc();
+  require_memory(kRoomToCreate);
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // SWMR (single writer, multiple readers) needs this version of the file format
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
@@ -441,7 +436,7 @@ bool SessionWriter::Impl::disk_has_room() {
 /// Writes the buffered rows of a table. If this fails, the rows are counted as lost.
 bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) {
   if (open() && disk_has_room()) {
-    if (!memory_left(kRoomToWrite)) throw std::bad_alloc();
+    require_memory(kRoomToWrite);
     errno = 0;
     if (table.write()) return true;
     fail(reason());

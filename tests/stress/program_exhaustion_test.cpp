@@ -31,7 +31,7 @@ class Exhaustion : public testing::Test {
   /// Runs the program under a limit of the command ulimit, and checks that it ends properly. Returns true if the
   /// program did its work in spite of the limit.
   bool survives(const std::string& limit, const std::string& arguments, const std::string& out) const {
-    std::filesystem::remove(folder_ / out);
+    std::filesystem::remove_all(folder_ / out);
     const Ran ran = folder_.run(fmt::format(fmt::runtime(arguments), folder_.path().string()) + "'",
                                 fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec", limit));
     EXPECT_LE(ran.status, 2) << limit << ": " << arguments << "\n" << ran.err;  // 126 and up: killed by a signal
@@ -91,6 +91,17 @@ TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsProperlyWhicheverThreadFails)
   }
   EXPECT_GT(worked, 0);
   EXPECT_GT(failed, 0);
+}
+
+// A software renderer compiles while it draws, and crashes where memory ends in one of its calls.
+TEST_F(Exhaustion, WithLittleMemoryAPictureIsDrawnOrReportsTheReason) {
+  const auto megabytes = [](int n) { return fmt::format("-v {}", n * 1024); };
+  const int floor = least(megabytes, 60, 10);
+  int worked = 0;
+  for (int more = 200; more < 1300; more += 60)
+    worked += survives(megabytes(floor + more), "render {0}/scene.json --eye left --out {0}/pictures", "pictures");
+  EXPECT_LT(worked, 10) << "hardly ever too little";
+  EXPECT_TRUE(survives(megabytes(floor + 8000), "render {0}/scene.json --eye left --out {0}/pictures", "pictures"));
 }
 
 TEST_F(Exhaustion, WithAFullDiskNoPartialFileIsLeft) {

@@ -3,7 +3,6 @@
 // exception is handled, the C++ runtime aborts the program. With the reserves, the allocation succeeds. Also ends the
 // program if there is no memory to start its libraries. This file is not in the library, because the tests have their
 // own operator new.
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -13,6 +12,7 @@
 #include <string_view>
 
 #include "engine/app/work_counts.h"
+#include "engine/base/memory.h"
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
@@ -21,12 +21,7 @@ namespace {
 // Libraries start threads while they are loaded, before main(), and would abort without memory for them.
 constexpr std::size_t kToStart = 64 << 20;  // bytes
 void require_memory_to_start() {
-  void* const room =
-      ::mmap(nullptr, kToStart, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (room != MAP_FAILED) {
-    ::munmap(room, kToStart);
-    return;
-  }
+  if (typodont::memory_left(kToStart)) return;
   constexpr std::string_view kWords = "error: The operating system granted this program no memory to start.\n";
   [[maybe_unused]] const ssize_t written = ::write(2, kWords.data(), kWords.size());
   ::_exit(1);
@@ -47,22 +42,22 @@ std::atomic<void*> g_reserve{std::malloc(kReserve)};
 /// then, other threads may have used the memory of the first reserve.
 std::atomic<void*> g_reserve_for_destructors{std::malloc(kReserve)};
 
-/// Handler for failed allocations (std::new_handler). Frees a reserve. Then throws std::bad_alloc, except while
+/// Handler for failed allocations (std::new_handler). Frees a reserve. Then throws OutOfMemory, except while
 /// destructors run because of another exception: a second exception would end the program. In this case the function
-/// returns, and its caller tries to allocate again. Throws std::bad_alloc also if no reserve is left.
+/// returns, and its caller tries to allocate again. Throws OutOfMemory also if no reserve is left.
 void make_room() {
   const bool destructors_run = std::uncaught_exceptions() > 0;
   void* reserve = g_reserve.exchange(nullptr);
   if (!reserve && destructors_run) reserve = g_reserve_for_destructors.exchange(nullptr);
   std::free(reserve);
-  if (!reserve || !destructors_run) throw std::bad_alloc();
+  if (!reserve || !destructors_run) throw typodont::OutOfMemory();
 }
 
 // The library calls the handler where it requests memory from the operating system itself (map_twice()).
 [[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
 /// Calls `get` until it returns memory, and returns this memory. After each call that returned null, it calls
-/// make_room(), which frees a reserve or throws std::bad_alloc.
+/// make_room(), which frees a reserve or throws OutOfMemory.
 template <class Get>
 void* allocate(const Get& get) {
   for (;; make_room())

@@ -1,0 +1,16 @@
+#include "engine/base/memory.h"
+
+#include <sys/mman.h>
+
+namespace typodont {
+
+bool memory_left(std::size_t bytes) noexcept {
+  void* const room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  return room != MAP_FAILED && ::munmap(room, bytes) == 0;
+}
+
+void require_memory(std::size_t bytes) {
+  if (!memory_left(bytes)) throw OutOfMemory();
+}
+
+}  // namespace typodont
