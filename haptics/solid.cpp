@@ -156,15 +156,15 @@ std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, c
 
 }  // namespace
 
-std::vector<std::string> mesh_files(const Json& json) {
-  std::vector<std::string> files;
+std::vector<Json> mesh_files(const Json& json) {
+  std::vector<Json> files;
   const auto take = [&](const Json& from) {
-    for (std::string& file : mesh_files(from)) files.push_back(std::move(file));
+    for (Json& file : mesh_files(from)) files.push_back(std::move(file));
   };
   if (json.is_object()) {
     for (const std::string& key : json.keys()) {
       if (key == "mesh")
-        files.push_back(json[key]["file"].string());
+        files.push_back(json[key]["file"]);
       else if (key == "solids" || key == "solid" || key == "union" || key == "intersection" || key == "difference")
         take(json[key]);
     }
@@ -253,9 +253,9 @@ std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files) {
   }
   if (kind == "mesh") {
     value.allow_only({"file", "scale"});
-    const std::string name = value["file"].string();
+    const Json name = value["file"];
     if (!files.read_mesh) json.fail("\"mesh\"", "a solid without a mesh: this program reads no mesh files");
-    const std::filesystem::path file = files.find ? files.find(name) : value.file().parent_path() / name;
+    const std::filesystem::path file = files.find ? files.find(name) : value.file().parent_path() / name.string();
     return files.read_mesh(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
   }
   json.fail("\"" + kind + "\"",

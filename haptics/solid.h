@@ -32,7 +32,7 @@ void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector
 /// For mesh files in JSON: haptics reads none, `read_mesh_solid` of Typodont::import does.
 struct SolidFiles {
   /// Empty: in the JSON file's folder.
-  std::function<std::filesystem::path(const std::string& name)> find;
+  std::function<std::filesystem::path(const Json& name)> find;
   /// `unit`: metres per unit. Throws Error. Empty: a mesh in JSON is an error.
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
@@ -51,6 +51,6 @@ std::uint8_t read_hardness(const Json& json);
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
 /// As written in a solid or "tissue".
-std::vector<std::string> mesh_files(const Json& json);
+std::vector<Json> mesh_files(const Json& json);
 
 }  // namespace typodont::haptics

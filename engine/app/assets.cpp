@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -135,7 +136,10 @@ void require_allowed(const fs::path& path, const ScenePlace& place) {
 
 }  // namespace
 
-fs::path find_file(const fs::path& path, const ScenePlace& place) {
+namespace {
+
+/// Nothing: no such file.
+std::optional<fs::path> searched(const fs::path& path, const ScenePlace& place) {
   if (place.checked) {
     const auto copy = place.checked->find(path.string());
     if (copy != place.checked->end()) return copy->second;
@@ -143,8 +147,7 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   std::error_code code;
   if (path.is_absolute()) {
     require_allowed(path, place);
-    if (!fs::exists(path, code)) throw Error(path.string(), "", "no such file", "a readable file");
-    return path;
+    return fs::exists(path, code) ? std::optional(path) : std::nullopt;
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
@@ -155,20 +158,48 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
     require_allowed(file, place);
     return file;
   }
-  throw Error(
-      path.string(), "", "no such file",
-      fmt::format("it in {} or {}", place.beside.empty() ? "." : place.beside.string(), assets_folder().string()));
+  return std::nullopt;
 }
 
-fs::path named_asset(std::string_view kind, std::string_view name) {
-  const fs::path folder = assets_folder() / kind;
+std::string searched_places(const fs::path& path, const ScenePlace& place) {
+  if (path.is_absolute()) return "a readable file";
+  return fmt::format("it in {} or {}", place.beside.empty() ? "." : place.beside.string(), assets_folder().string());
+}
+
+}  // namespace
+
+fs::path find_file(const fs::path& path, const ScenePlace& place) {
+  if (auto file = searched(path, place)) return *file;
+  throw Error(path.string(), "", "no such file", searched_places(path, place));
+}
+
+fs::path find_file(const Json& name, const ScenePlace& place) {
+  const fs::path path = name.string();
+  if (auto file = searched(path, place)) return *file;
+  name.fail(fmt::format("no file \"{}\"", path.string()), searched_places(path, place));
+}
+
+namespace {
+
+std::optional<fs::path> shipped(const fs::path& folder, std::string_view name) {
   const fs::path file = folder / (std::string(name) + ".json");
   const bool plain = !name.empty() && name.find('/') == std::string_view::npos && name != "..";
   std::error_code code;
-  if (!plain || !fs::is_regular_file(file, code)) {
-    throw Error(folder.string(), "", fmt::format("nothing named \"{}\"", name), names_in(folder));
-  }
-  return file;
+  return plain && fs::is_regular_file(file, code) ? std::optional(file) : std::nullopt;
+}
+
+}  // namespace
+
+fs::path named_asset(std::string_view kind, std::string_view name) {
+  const fs::path folder = assets_folder() / kind;
+  if (auto file = shipped(folder, name)) return *file;
+  throw Error(folder.string(), "", fmt::format("nothing named \"{}\"", name), names_in(folder));
+}
+
+std::string asset_name(std::string_view kind, const Json& name) {
+  const fs::path folder = assets_folder() / kind;
+  if (!shipped(folder, name.string())) name.fail(names_in(folder));
+  return name.string();
 }
 
 }  // namespace typodont

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/json.h"
+
 namespace typodont {
 
 /// Returns the folder of the shipped assets. If the environment variable TYPODONT_ASSETS is set, this is the folder
@@ -37,6 +39,8 @@ struct ScenePlace {
 /// `place` first, then in assets/. Throws Error if the file does not exist there, or if it lies outside the allowed
 /// folders; in the second case the error does not reveal whether the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
+/// `name`: a text of a JSON file; the error states its place there.
+std::filesystem::path find_file(const Json& name, const ScenePlace& place);
 /// Returns the user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
 /// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
@@ -47,5 +51,7 @@ std::filesystem::path find_rig(const std::string& rig);
 std::filesystem::path find_scene(const std::string& scene);
 /// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);
+/// The text `name` of a JSON file, if it names an asset of this kind. Otherwise throws Error with its place there.
+std::string asset_name(std::string_view kind, const Json& name);
 
 }  // namespace typodont

@@ -56,8 +56,7 @@ constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound"
 
 /// Finds the mesh files to which a scene's solids refer: first beside the scene's file, then in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
-  return {.find = [place](const std::string& name) { return find_file(name, place); },
-          .read_mesh = haptics::read_mesh_solid};
+  return {.find = [place](const Json& name) { return find_file(name, place); }, .read_mesh = haptics::read_mesh_solid};
 }
 
 void read_edges(const Json& json, std::string_view kind, EdgeLaw& law) {
@@ -233,8 +232,11 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   haptics::ServoSettings& servo = scene.servo;
   const auto set = json.find("tool_set");
   const auto tool_of = [&](const Json& tool) {
+    if (const auto handpiece = tool.is_string() ? std::nullopt : tool.find("handpiece");
+        handpiece && handpiece->string() != "none")
+      (void)asset_name("handpieces", *handpiece);
     if (!tool.is_string()) return haptics::read_tool(tool);
-    return set ? load_set_tool(find_file(set->string(), place), tool) : load_tool(tool.string());
+    return set ? load_set_tool(find_file(*set, place), tool) : load_tool(asset_name("tools", tool));
   };
   if (json.has("tool") && json.has("tools")) json.fail("both tool and tools", "one of them");
   if (const auto tools = json.find("tools")) {
@@ -249,7 +251,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   if (const auto handpieces = json.find("handpieces")) scene.handpieces = read_handpiece_view(*handpieces);
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
   if (const auto motor = json.find("spindle")) {
-    scene.motor = motor->string();
+    scene.motor = asset_name("motors", *motor);
     servo.spindle = load_spindle(scene.motor);
     if (!servo.spindle.handpiece.empty() && servo.spindle.handpiece != "none")
       (void)load_handpiece(servo.spindle.handpiece);
@@ -266,7 +268,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     scene.drawn_as = read_drawn_as(*materials);
   }
   if (const auto paint = json.find("paint_file")) {
-    scene.paint_file = find_file(paint->string(), place);
+    scene.paint_file = find_file(*paint, place);
     const auto strokes = read_paint(scene.paint_file);
     for (std::size_t i = 0; i < kTissueCount; ++i) {
       servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
@@ -343,7 +345,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     debris::Suction usual;
     if (const auto tip = suction->find("tip")) {
       if (!suction->has("position_mm")) suction->fail("position_mm beside \"tip\"");
-      scene.suction_tip = read_suction_tip(Json::load(named_asset("suction", tip->string())), usual);
+      scene.suction_tip = read_suction_tip(Json::load(named_asset("suction", asset_name("suction", *tip))), usual);
       const dvec3 axis = suction->has("axis") ? (*suction)["axis"].vec3() : dvec3(0, 0, 1);
       if (glm::length(axis) < 1e-9) (*suction)["axis"].fail("a direction, not zero");
       scene.suction_tip.X_WS = {(*suction)["position_mm"].vec3() * kMillimetre,
@@ -404,7 +406,7 @@ std::vector<std::string> tool_names(const Scene& scene) {
 
 std::filesystem::path volume_file(const Scene& scene) {
   const auto volume = scene.tissue->find("volume");
-  return volume ? find_file(volume->string(), scene.place) : fs::path();
+  return volume ? find_file(*volume, scene.place) : fs::path();
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
@@ -426,7 +428,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
     haptics::TissueVolume sampled(sampled_tissue(*scene.tissue, solid_files));
     if (const auto json = scene.tissue->find("mesh")) {
       const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*json);
-      haptics::ReadTissueMesh from_file = haptics::read_tissue_mesh(find_file(options.file, scene.place), options);
+      haptics::ReadTissueMesh from_file = haptics::read_tissue_mesh(find_file((*json)["file"], scene.place), options);
       for (const std::string& repair : from_file.repairs) log::info("{}: {}", options.file, repair);
       sampled.set_mesh(std::make_shared<const haptics::TissueMesh>(std::move(from_file.mesh)));
     }

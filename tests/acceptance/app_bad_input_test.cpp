@@ -78,7 +78,36 @@ TEST_F(BadInput, MissingAndUnwritableFilesAreNamed) {
   refuse(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out /nowhere/at/all.csv", folder.path().string()),
          HasSubstr("/nowhere/at/all.csv"));
   folder.write("volume.json", R"({"tissue": {"volume": "gone.vdb"}, "tool": "round_012"})");
-  refuse(servo("volume.json", "hand.csv"), HasSubstr("gone.vdb"));
+  refuse(servo("volume.json", "hand.csv"),
+         HasSubstr("volume.json: line 1, \"tissue.volume\": found no file \"gone.vdb\""));
+}
+
+TEST_F(BadInput, AHandWithTheTimesOfAClockIsRefused) {
+  folder.write("clock.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n3600,0,0,30,1,0,0,0,0\n3601,0,0,29,1,0,0,0,0\n");
+  refuse(servo("scene.json", "clock.csv"), HasSubstr("clock.csv: line 2, column t_s: found 3600"));
+}
+
+// Otherwise a user with twenty scenes does not know in which to look.
+TEST_F(BadInput, WhatASceneNamesAndIsNotThereIsNamedWithItsPlaceInTheScene) {
+  const std::string ball =
+      R"("tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})";
+  const std::string bur = R"("tool": "round_012")";
+  const std::vector<std::pair<std::string, std::string>> scenes = {
+      {R"("tool")", ball + R"(, "tool": "gone")"},
+      {R"("tools[1]")", ball + R"(, "tools": ["round_012", "gone"])"},
+      {R"("tool.handpiece")", ball + R"(, "tool": {"shape": "sphere", "diameter_mm": 1, "handpiece": "gone"})"},
+      {R"("tool_set")", ball + R"(, "tool_set": "gone", "tool": "round_012")"},
+      {R"("spindle")", ball + "," + bur + R"(, "spindle": "gone")"},
+      {R"("paint_file")", ball + "," + bur + R"(, "paint_file": "gone.json")"},
+      {R"("suction.tip")", ball + "," + bur + R"(, "suction": {"position_mm": [0, 0, 9], "tip": "gone"})"},
+      {R"("tissue.solids[0].solid.mesh.file")",
+       R"("tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"mesh": {"file": "gone"}}}]}, )" + bur},
+      {R"("tissue.mesh.file")", R"("tissue": {"mesh": {"file": "gone", "tissue": "enamel"}}, )" + bur}};
+  for (const auto& [place, scene] : scenes) {
+    folder.write("lacks.json", "{" + scene + "}");
+    refuse(servo("lacks.json", "hand.csv"),
+           AllOf(HasSubstr("lacks.json: line 1, " + place + ": found"), HasSubstr("gone")));
+  }
 }
 
 TEST_F(BadInput, GarbageInPlaceOfAVolumeOrASessionIsAnErrorNotACrash) {

@@ -138,7 +138,7 @@ TEST_F(Kept, AMeshThatOneProgramSampledIsUsedByAnotherProgramOfTheSameSources) {
   const std::string tissue = R"({"voxel_mm":0.2,"solids":[{"tissue":"dentin","solid":{"mesh":{"file":"wedge.obj"}}}]})";
   // This test program samples the mesh first.
   ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
-  sampled_tissue(Json::parse(tissue, "tissue"), {.find = [&](const std::string& name) { return program / name; },
+  sampled_tissue(Json::parse(tissue, "tissue"), {.find = [&](const Json& name) { return program / name.string(); },
                                                  .read_mesh = haptics::read_mesh_solid});
   ::unsetenv("TYPODONT_CACHE");
   const Files kept = files_in(cache);

@@ -195,7 +195,7 @@ TEST(Handpieces, AMistakeInASceneIsNamed) {
               HasSubstr("\"handpieces.shown\": found \"half\", expected \"open\", \"solid\" or \"none\""));
   EXPECT_THAT(scene(R"(, "handpieces": {"roll_deg": 400})"), HasSubstr("\"handpieces.roll_deg\""));
   EXPECT_THAT(scene("", R"({"shape": "sphere", "diameter_mm": 1, "handpiece": "turbnie"})"),
-              HasSubstr("nothing named \"turbnie\""));
+              HasSubstr("\"tool.handpiece\": found \"turbnie\", expected one of "));
 }
 
 constexpr double kTolerance = 2e-6;  // m

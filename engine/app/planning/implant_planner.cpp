@@ -49,7 +49,7 @@ haptics::TissueVolume tissue_of(Scene scene) {
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place) {
   const Json json = Json::load(find_file(path, place));
   const Json template_json = Json::load(implant_exercise_file());
-  const fs::path set = find_file(template_json["tool_set"].string(), place);
+  const fs::path set = find_file(template_json["tool_set"], place);
   const haptics::Tool implant = load_set_tool(set, json["implant"]);
   return {path,
           json["name"].string(),

@@ -93,7 +93,7 @@ session::ImplantTask read_implant(const Json& json, const Json& tissue, std::spa
                                   const ScenePlace& place) {
   json.allow_only({"procedure", "plan", "neighbours", "canal"});
   session::ImplantTask task;
-  const Json procedure = Json::load(find_file(json["procedure"].string(), place));
+  const Json procedure = Json::load(find_file(json["procedure"], place));
   procedure.allow_only({"name", "implant", "bed_diameter_mm", "phases", "limits", "source"});
   const auto tool_named = [&](const Json& name) {
     const auto found =

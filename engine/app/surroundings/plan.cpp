@@ -38,7 +38,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     return glm::normalize(v);
   };
   if (const auto v = json.find("volume")) {
-    plan.volume = find_file(v->string(), place);
+    plan.volume = find_file(*v, place);
   } else if (!volume.empty()) {
     plan.volume = volume;
   } else {
@@ -78,7 +78,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
   }
   if (const auto row = json.find("row")) {
     if (!plan.neighbours.empty()) row->fail("row beside neighbours", "one of them");
-    plan.row = load_tooth_row(find_file(row->string(), place));
+    plan.row = load_tooth_row(find_file(*row, place));
   }
   if (const auto mouth = json.find("mouth")) {
     const std::string name = mouth->string();

@@ -90,7 +90,7 @@ void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   haptics::ImportOptions options;
   options.voxel = copy.frame.voxel;
   options.mesh_unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
-  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"].string(), place), options).tissue);
+  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"], place), options).tissue);
   DenseCopy wanted = copy;
   sample_volume(mesh, wanted);
   for (std::size_t i = 0; i < copy.field.distance.size(); ++i) {
@@ -209,11 +209,11 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
   DenseCopy copy = dense_copy(start);
   if (ideal.has("volume")) {
     ideal.allow_only({"volume"});
-    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
+    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"], scene.place)), copy);
   } else if (ideal.has("session")) {
     // Final tissue of a recorded session.
     ideal.allow_only({"session"});
-    const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
+    const session::SessionReader session(find_file(ideal["session"], scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place), copy_of(start)), copy);
   } else if (ideal.has("unprepared")) {
     ideal.allow_only({"unprepared"});

@@ -156,8 +156,7 @@ void check_bone(const Json& bone) {
 haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& files) {
   const Bone bone = read(json);
   const Json mesh = json["mesh"];
-  const auto jaw =
-      files.read_mesh(files.find(mesh["file"].string()), mesh.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
+  const auto jaw = files.read_mesh(files.find(mesh["file"]), mesh.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
   std::vector<std::unique_ptr<haptics::Solid>> removed;
   if (const auto remove = json.find("remove")) {
     for (const Json& solid : remove->items()) removed.push_back(haptics::read_solid(solid, files));

@@ -95,7 +95,7 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
          get(file.get(), dense.hardness.data(), dense.hardness.size());
 }
 
-std::vector<std::string> mesh_files_of(const Json& tissue) {
+std::vector<Json> mesh_files_of(const Json& tissue) {
   const auto bone = tissue.find("bone");
   return haptics::mesh_files(bone ? *bone : tissue);
 }
@@ -106,7 +106,7 @@ std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFile
   cache::add_build(key);
   const std::string text = tissue.text();
   key.bytes(text.data(), text.size());
-  for (const std::string& name : mesh_files_of(tissue)) {
+  for (const Json& name : mesh_files_of(tissue)) {
     const auto content = cache::hash_of(files.find(name));
     if (!content) return std::nullopt;
     key.add(*content);
@@ -124,7 +124,7 @@ haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files
   const auto mesh = tissue.find("mesh");
   if (!mesh) return haptics::read_solids(tissue, files);
   const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*mesh);
-  return haptics::rasterize(haptics::read_tissue_mesh(files.find(options.file), options).mesh, options);
+  return haptics::rasterize(haptics::read_tissue_mesh(files.find((*mesh)["file"]), options).mesh, options);
 }
 
 }  // namespace
