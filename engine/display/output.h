@@ -77,7 +77,7 @@ struct UserInput {
   bool left = false, right = false, middle = false;
   bool shift = false;        // true if the shift key is down
   double wheel = 0;          // steps of the wheel since the last poll
-  std::vector<int> pressed;  // keys pressed since the last poll, upper-case ASCII or GLFW codes
+  std::vector<int> pressed;  // keys pressed since the last poll, codes of keys.h
 
   // For an interface drawn into the picture.
   struct Key {

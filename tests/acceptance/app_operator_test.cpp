@@ -1072,6 +1072,21 @@ glm::ivec4 place_of(const std::string& window) {
   return {number("X"), number("Y"), number("WIDTH"), number("HEIGHT")};
 }
 
+TEST(OperatorWindowOnAFineScreen, OpensLargerByTheScreensScaleIfThereIsRoom) {
+  for (const auto& [screen, window] : {std::pair{glm::ivec2(3840, 2160), glm::ivec2(2560, 1600)},
+                                       std::pair{glm::ivec2(1920, 1200), glm::ivec2(1920, 1170)}}) {
+    const Desktop desktop(screen);
+    ASSERT_EQ(std::system("echo Xft.dpi: 192 | xrdb -merge"), 0) << "xrdb is needed (apt install x11-xserver-utils)";
+    const ProgramFolder folder(TYPODONT_PROGRAM);
+    Program program(folder);
+    std::string id;
+    ASSERT_TRUE(OperatorWindow::eventually([&] { return !(id = Desktop::xdotool("search --name Typodont")).empty(); }))
+        << program.said();
+    const glm::ivec4 place = place_of(id.substr(0, id.find('\n')));
+    EXPECT_EQ(glm::ivec2(place.z, place.w), window) << program.said();
+  }
+}
+
 TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheChosenScreenAndTheWindowFitsOnTheOther) {
   const TwoScreens screens;
   ProgramFolder folder(TYPODONT_PROGRAM);

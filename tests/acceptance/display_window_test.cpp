@@ -1,12 +1,17 @@
 // Tests a real window on a desktop in memory (Xvfb): the screen shows the composed picture, whatever the desktop does
 // to the window.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <random>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "engine/base/clock.h"
@@ -150,6 +155,34 @@ TEST_F(Window, UrgentKeysReachTheirListenerInOrderWhileNobodyPollsTheWindow) {
   }
   EXPECT_EQ(polled, (std::vector<int>{256, 'R', 'X', ' '})) << "poll() returns them as well";
   EXPECT_EQ(so_far(), expected) << "once each";
+}
+
+// Z and Y, A and Q, W, M and R lie elsewhere on these keyboards; the punctuation needs Shift on some.
+TEST_F(Window, KeysActByTheirLabelOnEveryLayout) {
+  std::atomic<int> urgent{0};
+  int layouts = 0;
+  const std::unique_ptr<display::Output> other =
+      display::make_window(device, {.title = "labels", .size = {200, 150}, .urgent = {{'R'}, [&](int) { ++urgent; }}});
+  for (const char* layout : {"us", "de", "fr", "dvorak", "ru", "us"}) {
+    ASSERT_EQ(std::system(fmt::format("setxkbmap {}", layout).c_str()), 0);
+    const bool latin = std::string_view(layout) != "ru";
+    Desktop::xdotool(fmt::format("search --sync --name labels windowfocus sleep 0.3 key --delay 50 {}",
+                                 latin ? "z y a q w m r plus minus" : "Cyrillic_ka Cyrillic_ya"));
+    const std::vector<int> expected =
+        latin ? std::vector<int>{'Z', 'Y', 'A', 'Q', 'W', 'M', 'R'} : std::vector<int>{'R', 'Z'};
+    std::vector<int> letters;
+    std::string typed;
+    for (int i = 0; i < 1200 && (letters.size() < expected.size() || (latin && typed.size() < 9)); ++i) {
+      for (const auto& key : other->poll().keys) {
+        if (key.typed != 0 && key.typed < 0x80) typed += static_cast<char>(key.typed);
+        if (key.down && key.code >= 'A' && key.code <= 'Z') letters.push_back(key.code);
+      }
+      other->wait(kNanosPerSecond / 10);
+    }
+    EXPECT_EQ(letters, expected) << layout;
+    EXPECT_EQ(urgent, ++layouts) << layout;
+    EXPECT_EQ(typed, latin ? "zyaqwmr+-" : "") << layout;
+  }
 }
 
 TEST_F(Window, SurvivesManyResizesInARow) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 
 #include "engine/base/clock.h"
@@ -112,6 +113,14 @@ gpu::Device make_device(bool validation) {
 
 }  // namespace
 
+/// The screen's, or as much of it as leaves room for every panel. In eighths, because each one builds fonts.
+static double scale_of(const display::Output& output) {
+  constexpr display::dvec2 kRoom(1100, 700);  // pixels at scale 1
+  const display::dvec2 fits = display::dvec2(output.size()) / kRoom;
+  const double most = std::floor(8 * std::min(fits.x, fits.y)) / 8;
+  return std::min(output.scale(), std::max(most, 1.0));
+}
+
 bool can_show(session::Language language) {
   return language != session::Language::kChinese || chinese_font().has_value();
 }
@@ -126,7 +135,7 @@ void InterfaceWindow::open() {
                                            .most_frames_per_second = 60,
                                            .urgent = options_.urgent});
 #endif
-  scale_ = output_->scale();
+  scale_ = scale_of(*output_);
   build_fonts();
   painter_ = std::make_unique<DrawListPainter>(device_);
 }
@@ -285,7 +294,7 @@ bool InterfaceWindow::poll(double most_seconds) {
 }
 
 void InterfaceWindow::begin(bool emergency_stop) {
-  if (const double scale = output_->scale(); scale != scale_) {
+  if (const double scale = scale_of(*output_); scale != scale_) {
     scale_ = scale;
     wait_idle();
     build_fonts();

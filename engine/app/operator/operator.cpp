@@ -512,7 +512,7 @@ class Operator {
 
   // On every page. Each session begins without an emergency stop.
   InterfaceWindow window_{InterfaceWindow::Options{
-      .urgent = {{' ', display::keys::kEscape}, [](int) { haptics::set_emergency_stop(true); }}}};
+      .urgent = {{' ', display::keys::kEscape, 'H'}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;
   Choices choices_{s_, window_};
   SessionDesk desk_{s_, window_};

@@ -247,9 +247,8 @@ void SessionControls::keys() {
     for (int i = 0; i < std::min(count, 9); ++i)
       if (key('1' + i, true)) show(i + 1);
   }
-  const ImGuiIO& io = ImGui::GetIO();
-  const double step = (ImGui::IsKeyPressed('.') ? 1 : 0) - (ImGui::IsKeyPressed(',') ? 1 : 0);
-  if (step != 0 && !io.WantTextInput && s_.look.view == render::View::kSection) {
+  const int step = typed(".") - typed(",");
+  if (step != 0 && s_.look.view == render::View::kSection) {
     s_.look.section = std::clamp(s_.look.section + step * 0.25e-3, -12e-3, 12e-3);
     s_.ask(Ask::kLook);
   }

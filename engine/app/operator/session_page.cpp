@@ -258,15 +258,14 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
                          ImGuiSliderFlags_AlwaysClamp);
   if (changed) s.settings.speed_fraction = speed / 100;
-  const double step = (ImGui::IsKeyPressed('=') || ImGui::IsKeyPressed(keys::kKeypadAdd) ? kSpeedStep : 0) -
-                      (ImGui::IsKeyPressed('-') || ImGui::IsKeyPressed(keys::kKeypadSubtract) ? kSpeedStep : 0);
-  if (step != 0 && !ImGui::GetIO().WantTextInput) {
+  const double step = (typed("+=") - typed("-")) * kSpeedStep;
+  if (step != 0) {
     s.settings.speed_fraction = std::clamp(s.settings.speed_fraction + step, 0.0, 1.0);
     changed = true;
   }
   if (s.device.force_limit > 0) {
-    const double more = (ImGui::IsKeyPressed(']') ? kSpeedStep : 0) - (ImGui::IsKeyPressed('[') ? kSpeedStep : 0);
-    if (more != 0 && !ImGui::GetIO().WantTextInput) {
+    const double more = (typed("]") - typed("[")) * kSpeedStep;
+    if (more != 0) {
       s.settings.force_fraction = std::clamp(s.settings.force_fraction + more, 0.0, 1.0);
       changed = true;
     }

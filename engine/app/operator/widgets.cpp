@@ -205,6 +205,14 @@ bool key(int code, bool control) {
   return !theirs && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
 }
 
+int typed(std::string_view characters) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (io.WantTextInput) return 0;
+  return static_cast<int>(std::count_if(io.InputQueueCharacters.begin(), io.InputQueueCharacters.end(), [&](ImWchar c) {
+    return c < 0x80 && characters.find(static_cast<char>(c)) != std::string_view::npos;
+  }));
+}
+
 std::vector<GrantedLine> granted_lines(const OperatorState& s) {
   std::vector<GrantedLine> lines;
   if (s.status.timing.ticks == 0) return lines;

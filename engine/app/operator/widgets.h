@@ -72,6 +72,8 @@ void page_shortcuts(OperatorState& s);
 
 /// In this frame. A focused text field keeps keys for typing and editing.
 bool key(int code, bool control = false);
+/// How often one of these characters was typed, on any layout; 0 while a field accepts text.
+int typed(std::string_view characters);
 
 /// Ctrl+O opens the list. `endings`: in lower case.
 void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,

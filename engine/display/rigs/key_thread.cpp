@@ -7,6 +7,7 @@
 #include <xcb/xcb.h>
 
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <memory>
@@ -39,6 +40,7 @@ KeyThread::KeyThread(const std::string& server, std::uint32_t window, std::vecto
         owned(xcb_request_check(server_,
                                 xcb_change_window_attributes_checked(server_, window, XCB_CW_EVENT_MASK, &kMask))))
       throw Error("window", server, "refuses a second connection", "one, for the emergency keys");
+    read_labels();
     thread_ = std::thread([this] { run(); });
   } catch (...) {
     xcb_disconnect(server_);
@@ -54,7 +56,25 @@ KeyThread::~KeyThread() {
   ::close(end_);
 }
 
-void KeyThread::run() const noexcept {
+/// The server reports when they change.
+void KeyThread::read_labels() noexcept {
+  const xcb_setup_t& setup = *xcb_get_setup(server_);
+  const int first = setup.min_keycode, count = setup.max_keycode - first + 1;
+  const auto request = xcb_get_keyboard_mapping(server_, setup.min_keycode, static_cast<std::uint8_t>(count));
+  const auto reply = owned(xcb_get_keyboard_mapping_reply(server_, request, nullptr));
+  if (!reply) return;
+  const std::size_t columns = reply->keysyms_per_keycode;  // two for each layout
+  const xcb_keysym_t* const symbols = xcb_get_keyboard_mapping_keysyms(reply.get());
+  for (std::size_t key = 0; key < static_cast<std::size_t>(count); ++key)
+    for (std::size_t layout = 0; layout < 4; ++layout) {
+      const xcb_keysym_t symbol = symbols[columns * key + (2 * layout < columns ? 2 * layout : 0)];
+      const bool latin = symbol > ' ' && symbol <= '~';
+      labels_[static_cast<std::size_t>(first) + key][layout] =
+          latin ? static_cast<char>(std::toupper(static_cast<int>(symbol))) : '\0';
+    }
+}
+
+void KeyThread::run() noexcept {
   // Its priority is below that of the servo, and above that of all threads that draw.
   enter_realtime({.priority = 79, .core = -1, .lock_memory = false});
   ::pthread_setname_np(::pthread_self(), "typodont-keys");
@@ -62,10 +82,12 @@ void KeyThread::run() const noexcept {
   while (sources[1].revents == 0 && !xcb_connection_has_error(server_)) {
     while (const auto event = owned(xcb_poll_for_event(server_))) {
       constexpr unsigned kSynthetic = 0x80;
+      if ((event->response_type & ~kSynthetic) == XCB_MAPPING_NOTIFY) read_labels();
       if ((event->response_type & ~kSynthetic) != XCB_KEY_PRESS) continue;
       const auto& key = reinterpret_cast<const xcb_key_press_event_t&>(*event);
+      const char label = labels_[key.detail][key.state >> 13 & 3];  // the layout in use
       for (const Key& k : keys_)
-        if (k.scancode == key.detail) pressed_(k.code);
+        if (label != 0 ? label == k.code : key.detail == k.scancode) pressed_(k.code);
     }
     if (::poll(sources.data(), sources.size(), -1) < 0 && errno != EINTR) return;
   }

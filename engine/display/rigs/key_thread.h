@@ -1,6 +1,7 @@
 // Reads keys of an X11 window on a connection and a thread of its own, so that no key waits for a frame.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -14,8 +15,8 @@ namespace typodont::display {
 class KeyThread {
  public:
   struct Key {
-    int scancode = 0;  // X11's keycode
-    int code = 0;      // passed to `pressed`
+    int scancode = 0;  // X11's keycode of the place, for keys without a Latin label
+    int code = 0;      // of the label, in upper case; passed to `pressed`
   };
   /// `server`: as in DISPLAY. `window`: X11's number; must exist until the destructor, which ends the thread. Throws
   /// Error.
@@ -25,9 +26,11 @@ class KeyThread {
   KeyThread& operator=(const KeyThread&) = delete;
 
  private:
-  void run() const noexcept;
+  void run() noexcept;
+  void read_labels() noexcept;
 
   std::vector<Key> keys_;
+  std::array<std::array<char, 4>, 256> labels_{};  // by keycode and layout; 0: not Latin
   std::function<void(int)> pressed_;
   xcb_connection_t* server_;
   int end_;  // event descriptor that ends the thread

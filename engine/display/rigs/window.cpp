@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -33,6 +34,15 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
+/// As UserInput::pressed: by the key's label on the user's layout. Keys without a Latin one, and the row of digits, by
+/// their place.
+int code_of(int key, int scancode) {
+  const bool digit = key >= GLFW_KEY_0 && key <= GLFW_KEY_9;
+  const char* const label = key < GLFW_KEY_ESCAPE && !digit ? glfwGetKeyName(key, scancode) : nullptr;
+  const bool latin = label && label[0] > ' ' && label[0] <= '~' && !label[1];
+  return latin ? std::toupper(label[0]) : key;
+}
+
 const ivec2 kTitle(0, 30);  // pixels, space for the desktop's title bar
 
 class Window final : public Output {
@@ -54,6 +64,9 @@ class Window final : public Output {
     } else if (options.fits_screen && glfwGetPrimaryMonitor()) {
       ivec2 lo, room{0};
       glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
+      glm::vec2 scale(1);
+      glfwGetMonitorContentScale(glfwGetPrimaryMonitor(), &scale.x, &scale.y);
+      size = ivec2(glm::vec2(size) * scale);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
     // full screen stays without focus
@@ -67,9 +80,10 @@ class Window final : public Output {
     glfwSetWindowUserPointer(window_, this);
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) { self(w).events_.wheel += y; });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { self(w).exposed_ = true; });
-    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
-      if (action == GLFW_PRESS) self(w).press(key);
-      self(w).events_.keys.push_back({key, action != GLFW_RELEASE});
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int scancode, int action, int) {
+      const int code = code_of(key, scancode);
+      if (action == GLFW_PRESS) self(w).press(code);
+      self(w).events_.keys.push_back({code, action != GLFW_RELEASE});
     });
     glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) {
       self(w).events_.keys.push_back({0, false, code});
