@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <ctime>
 
 #include "calibration/calibration_files.h"
@@ -242,7 +243,8 @@ std::filesystem::path RigFile::captures_folder() const {
 }
 
 /// The program must be able to open what a step writes.
-static void require_usable(const std::filesystem::path& file, const RigGeometry& rig) {
+static void require_usable(const std::filesystem::path& file, const BenchState& bench, const Value& pixels) {
+  const RigGeometry& rig = bench.rig;
   constexpr double kMinEdge = 10e-3, kMaxEdge = 3;  // m
   const double ipd_mm = rig.eyes.ipd / kMillimetre;
   if (!(ipd_mm >= kMinIpd_mm && ipd_mm <= kMaxIpd_mm))
@@ -256,11 +258,23 @@ static void require_usable(const std::filesystem::path& file, const RigGeometry&
                   fmt::format("a panel of {:.2f} x {:.2f} mm", width / kMillimetre, height / kMillimetre),
                   "edges of 10 to 3000 mm; are the touches in metres instead of mm? The file is as before");
   }
+  if (!bench.panel_result || !pixels.is_array()) return;
+  const PanelResult& touched = *bench.panel_result;
+  const double ratio = (width / pixels.at(0).get<double>()) / (height / pixels.at(1).get<double>());
+  const double sigma = std::hypot(touched.width_sigma / width, touched.height_sigma / height);
+  constexpr double kNotSquare = 0.01;  // of panels on sale: below 0.002
+  if (std::abs(ratio - 1) > kNotSquare + 3 * sigma)
+    throw Error(file.string(), "screen.corners_mm",
+                fmt::format("a panel of {:.1f} x {:.1f} mm, whose pixels are {:.1f} % wider than high",
+                            width / kMillimetre, height / kMillimetre, 100 * (ratio - 1)),
+                fmt::format("square pixels; does the arm read {:.1f} % too much along one axis, or are the \"pixels\" "
+                            "({} x {}) not those of the panel? The file is as before",
+                            100 * std::abs(ratio - 1), pixels.at(0).get<int>(), pixels.at(1).get<int>()));
 }
 
 void RigFile::set(const BenchState& bench) {
-  require_usable(document_->file, bench.rig);
   Value& root = document_->root;
+  require_usable(document_->file, bench, root.value(nlohmann::json_pointer<std::string>("/screen/pixels"), Value()));
   root["screen"]["corners_mm"] = screen_corners(bench.rig.panel);
   if (bench.rig.mirror) {
     root["mirror"]["normal"] = vec3_value(bench.rig.mirror->normal);

@@ -51,12 +51,12 @@ BenchSimulator::BenchSimulator(const SimulationOptions& options) : options_(opti
   const double e = options.placement_error;
   const auto shift = [&] { return random_.in_box(dvec3(-e), dvec3(e)); };
   const Pose panel_moved{shift(), small_turn(random_, 2 * e)};
-  const double wider = 1 + random_.uniform(-e, e), taller = 1 + random_.uniform(-e, e);
+  const double larger = 1 + random_.uniform(-e, e);
   const dvec3 right = truth_.panel.lower_right - truth_.panel.lower_left,
               up = truth_.panel.upper_left - truth_.panel.lower_left;
   truth_.panel.lower_left = panel_moved * truth_.panel.lower_left;
-  truth_.panel.lower_right = truth_.panel.lower_left + panel_moved.rotate(right) * wider;
-  truth_.panel.upper_left = truth_.panel.lower_left + panel_moved.rotate(up) * taller;
+  truth_.panel.lower_right = truth_.panel.lower_left + panel_moved.rotate(right) * larger;
+  truth_.panel.upper_left = truth_.panel.lower_left + panel_moved.rotate(up) * larger;
   truth_.mirror->normal = small_turn(random_, e) * truth_.mirror->normal;
   truth_.mirror->offset += random_.uniform(-e, e);
   truth_.eyes.center += shift();

@@ -147,6 +147,23 @@ TEST_F(GuidedBench, TheArmStepRefusesAHandWithoutJointAngles) {
   EXPECT_THAT(ran.err, HasSubstr("joint angles"));
 }
 
+TEST_F(GuidedBench, AVerificationThatFailsEndsWithStatusOne) {
+  RigFile rig = RigFile::load(make_rig("file.json"));
+  GuidedCapture guide(rig.bench(), rig.captures_folder());
+  guide.begin(Step::kVerify);
+  std::vector<dvec3> touches;
+  while (!guide.done()) {
+    const dvec3 seen = simulator.reached_for(guide.bench().rig, *guide.prompt().target_D);
+    touches.push_back(simulator.touch(seen + dvec3(0, 0, 5e-3), bench.arm).p_H);
+    guide.add({touches.back(), std::nullopt});
+  }
+  const Ran ran =
+      folder.run(fmt::format("calibrate guide verify --rig {} --fast --no-window --hand script:{} </dev/null",
+                             folder / "rig.json", script(touches)));
+  EXPECT_EQ(ran.status, 1) << ran.out;
+  EXPECT_THAT(ran.err, HasSubstr("verify: "));
+}
+
 TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
   const std::string marks = "\"10 20 30\\n60 20 30\\n10 70 35\\n\"", moved = "\"10 20 31\\n60 20 31\\n10 70 36\\n\"";
   const Ran first =

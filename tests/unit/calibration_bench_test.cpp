@@ -225,6 +225,29 @@ TEST(RigFile, EyesAndPanelsThatNoBenchHasAreNotWrittenAndTheLikelyCauseIsNamed) 
   EXPECT_NEAR(RigFile::load(folder / "rig.json").bench().rig.eyes.ipd, 0.063, 1e-12);
 }
 
+TEST(RigFile, AnArmThatReadsThreePercentLongInOneAxisIsNoticedByThePixelsOfThePanel) {
+  const Folder folder;
+  std::ofstream(folder / "rig.json") << R"({"screen": {"pixels": [1920, 1080]}})";
+  RigFile rig = RigFile::load(folder / "rig.json");
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    BenchSimulator simulator({.seed = seed, .arm_errors = false});
+    for (const dvec3 scale : {dvec3(1), dvec3(1, 1.03, 1), dvec3(1, 0.97, 1), dvec3(1.03)}) {
+      BenchState bench = simulator.drawings();
+      Captures captures;
+      simulator.capture_screen(captures, bench);
+      for (MarkCapture& capture : captures.marks) {
+        capture.touch.reading.reset();  // an arm without joint angles
+        capture.touch.p_H *= scale;
+      }
+      captures.mirror.clear();
+      solve_screen_step(bench, captures);
+      const bool skewed = scale != dvec3(scale.x);
+      const std::string said = error_of([&] { rig.set(bench); });
+      EXPECT_EQ(said.find("does the arm read") != std::string::npos, skewed) << seed << ": " << said;
+    }
+  }
+}
+
 TEST(RigFile, BadValuesNameTheirKey) {
   const Folder folder;
   std::ofstream(folder / "rig.json") << R"({"X_WH": {"translation_mm": [0,0,0], "rotation_wxyz": [1,1,0,0]}})";
