@@ -19,36 +19,37 @@ constexpr std::uint64_t kSeed = 1;
 constexpr double kFullSuction = 5e-3;  // m³/s, flow at which the sound of the suction has its full level; 300 l/min
 constexpr double kHold = 0.25;         // s, the sound of a live session stops if no tick arrives for this time
 
-std::filesystem::path voice_of(const Scene& scene) {
-  const auto folder = assets_folder() / "sounds";
-  const auto own = folder / (scene.motor + ".json");
-  if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
+}  // namespace
+
+SoundVoice voice_of(const Scene& scene) {
   // rad/s, limit between two sounds: a handpiece that is faster sounds like an air turbine, a slower one like an
   // electric handpiece
   constexpr double kTurbine = 150 * kKrpm;
-  return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
+  const double free_speed = scene.servo.spindle.free_speed;
+  const bool own =
+      !scene.motor.empty() && std::filesystem::exists(assets_folder() / "sounds" / (scene.motor + ".json"));
+  SoundVoice voice{own                     ? scene.motor
+                   : free_speed > kTurbine ? "air_turbine"
+                                           : "handpiece",
+                   free_speed,
+                   {},
+                   scene.sound_lower_order};
+  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) voice.tools_cut.push_back(tool.turns());
+  return voice;
 }
 
-std::vector<bool> tools_that_cut(const Scene& scene) {
-  std::vector<bool> cut;
-  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) cut.push_back(tool.turns());
-  return cut;
-}
-
-}  // namespace
-
-SoundLink::SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural,
+SoundLink::SoundLink(const std::string& address, const SoundVoice& voice, const Tapes& tapes, bool live, bool binaural,
                      Nanos begin)
     : live_(live),
       begin_(begin),
-      options_{live ? kHold : 0.0, scene.sound_lower_order},
+      options_{live ? kHold : 0.0, voice.lower_order},
       output_(audio::AudioOutput::open(address, {.channels = binaural ? 2 : 1})),
-      voice_(tools_that_cut(scene)),
+      voice_(voice.tools_cut),
       servo_(tapes.servo),
       view_(tapes.view) {
-  voice_file_ = voice_of(scene);
+  voice_file_ = named_asset("sounds", voice.model);
   models_ = audio::load_sound_models(voice_file_);
-  models_.free_speed = scene.servo.spindle.free_speed;
+  models_.free_speed = voice.free_speed;
   if (binaural) ears_.emplace(output_->sample_rate());
   make_synth(output_->sample_rate());
 }

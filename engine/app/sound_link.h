@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "audio/audio_output.h"
 #include "audio/binaural.h"
@@ -19,15 +20,25 @@
 
 namespace typodont {
 
+/// What the sound depends on besides the ticks.
+struct SoundVoice {
+  std::string model;            // of assets/sounds/
+  double free_speed = 0;        // rad/s
+  std::vector<bool> tools_cut;  // by ServoTick::tool
+  bool lower_order = false;
+};
+
+/// The model has the name of the scene's motor; for an ideal motor, the speed selects it.
+SoundVoice voice_of(const Scene& scene);
+
 class SoundLink {
  public:
-  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The synthesizer's model comes from the
-  /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. The
-  /// ticks come from `tapes`. `live`: true stops the sound if no ticks arrive. `binaural`: true makes two channels for
-  /// the listener's ears, with the tool as the source; the pose of the listener's head comes from `tapes`. Until it is
-  /// known, the source is straight ahead. `begin`: session time that is zero in a sound file; earlier ticks are not
-  /// heard. Throws Error or RunFailure.
-  SoundLink(const std::string& address, const Scene& scene, const Tapes& tapes, bool live, bool binaural = false,
+  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The ticks come from `tapes`. `live`:
+  /// true stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the
+  /// tool as the source; the pose of the listener's head comes from `tapes`. Until it is known, the source is straight
+  /// ahead. `begin`: session time that is zero in a sound file; earlier ticks are not heard. Throws Error or
+  /// RunFailure.
+  SoundLink(const std::string& address, const SoundVoice& voice, const Tapes& tapes, bool live, bool binaural = false,
             Nanos begin = 0);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;

@@ -266,7 +266,7 @@ void Workbench::Impl::set_up() {
     if (address.empty()) {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
-      sound.emplace(address, scene, s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
+      sound.emplace(address, voice_of(scene), s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
       // Nobody draws, so nobody writes where the eyes are.
       if (rig && !s.draw) s.wiring.tapes.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
@@ -276,7 +276,7 @@ void Workbench::Impl::set_up() {
   }
 
   if (!options.stream.empty()) {
-    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate});
+    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate, voice_of(scene)});
     streaming.emplace(s, *stream, options.stream_rate);
     explain(fmt::format("stream: on, {}", fmt::join(options.stream, ", ")));
   }

@@ -7,8 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,7 +21,10 @@
 
 #include "engine/app/live/session.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/stream/sound_follower.h"
 #include "engine/base/error.h"
+#include "engine/base/temporary_folder.h"
+#include "engine/base/units.h"
 #include "engine/base/websocket.h"
 
 namespace typodont {
@@ -112,7 +118,7 @@ ServoTick a_tick(Nanos t) {
   return tick;
 }
 
-const StreamedSession kSession{"a scene", {"round_012"}, 1000};
+const StreamedSession kSession{"a scene", {"round_012"}, 1000, {"air_turbine", 400 * kKrpm, {true}}};
 
 TEST(StateStream, AReaderGetsTheSessionThenStatesAndEventsInOrder) {
   StateStream stream({"ws:0"}, kSession);
@@ -137,6 +143,70 @@ TEST(StateStream, AReaderGetsTheSessionThenStatesAndEventsInOrder) {
   EXPECT_EQ(found[2]["tool"], "round_012");
   EXPECT_EQ(found[2]["lost"], 3);
   EXPECT_EQ(found[3]["text"], "stale_patch");
+}
+
+TEST(StateStream, ASessionSoundsOnAnotherComputerAsOnItsOwn) {
+  const TemporaryFolder folder;
+  const auto file = [&](const char* name) { return "wav:" + (folder.path() / name).string(); };
+  StateStream stream({"ws:0"}, kSession);
+  FollowedSound heard;
+  std::thread other(
+      [&] { heard = follow_sound({.address = "ws:" + std::to_string(stream.port()), .audio = file("there.wav")}); });
+  turn_until(stream, [&] { return stream.counts().readers == 1; });
+  const Nanos first = 2 * kNanosPerSecond;
+  stream.begin(now() - first);
+  Tapes tapes;
+  SoundLink link(file("here.wav"), kSession.voice, tapes, /*live=*/false, /*binaural=*/false, first);
+  ServoTick tick;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    tick = a_tick(first + static_cast<Nanos>(i) * 1'000'000);
+    tick.spindle = 350 * kKrpm;
+    tick.pedal = 1;
+    tick.n_C_W = {0, 0, 1};
+    tick.contact_area = i < 150 ? 0 : 3e-6;
+    tick.cutting_power = 2;
+    tick.removed[static_cast<std::size_t>(Tissue::kEnamel)] += i < 150 ? 0 : 1e-12 * static_cast<double>(i - 150);
+    stream.state(tick, 0);
+    stream.turn();
+    tapes.servo.write(tick);
+    ::usleep(500);
+  }
+  stream.event(tick.t, "end", "");
+  turn_until(stream, [&] { return stream.counts().readers == 0; });
+  other.join();
+  link.stop(tick.t - first);
+  EXPECT_EQ(stream.counts().skipped, 0u);
+  EXPECT_EQ(heard.scene, "a scene");
+  EXPECT_EQ(heard.states, 300u);
+  const auto bytes = [&](const char* name) {
+    std::ifstream in(folder.path() / name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_GT(bytes("there.wav").size(), 20000u);
+  EXPECT_EQ(bytes("there.wav"), bytes("here.wav"));
+}
+
+TEST(StateStream, AFollowerRefusesWhatIsNoStreamOfASession) {
+  for (const char* address : {"9001", "ws:", "ws:x", "osc:9001", "ws:70000"})
+    EXPECT_THROW(follow_sound({.address = address, .audio = "wav:/tmp/x.wav"}), Error) << address;
+  StreamedSession forged = kSession;
+  forged.voice.model = "../rigs/film";
+  StateStream stream({"ws:0"}, forged);
+  std::string said;
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    try {
+      follow_sound({.address = "ws:" + std::to_string(stream.port()), .audio = "wav:/tmp/x.wav"});
+    } catch (const Error& e) {
+      said = e.what();
+    }
+    done = true;
+  });
+  turn_until(stream, [&] { return stream.counts().readers == 1; });
+  stream.state(a_tick(5'000'000), 0);
+  turn_until(stream, [&] { return done.load(); });
+  other.join();
+  EXPECT_NE(said.find("../rigs/film"), std::string::npos) << said;
 }
 
 TEST(StateStream, AReaderThatNeverReadsLosesMessagesAndDelaysNeitherTheSenderNorAnotherReader) {

@@ -158,7 +158,7 @@ void run(const Options& options) {
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
-  SoundLink sound("wav:" + wav.string(), scene, session.tapes(), /*live=*/false);
+  SoundLink sound("wav:" + wav.string(), voice_of(scene), session.tapes(), /*live=*/false);
   session::SessionHeader header = session_header(scene, rig_file, student.info(), carver.volume(), kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;

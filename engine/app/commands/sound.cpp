@@ -18,6 +18,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/commands/sound_page.h"
 #include "engine/app/commands/sound_picture.h"
+#include "engine/app/live/sound_follower.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -358,6 +359,34 @@ void run_picture(const PictureCommand& c) {
   fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
 }
 
+struct FollowCommand {
+  FollowOptions options;
+  double wait_ms = 20;
+  bool json = false;
+};
+
+void run_follow(FollowCommand& c) {
+  check_range("--wait-ms", c.wait_ms, 0, 1000);
+  if (c.options.audio.empty()) c.options.audio = "portaudio:";
+  c.options.wait = c.wait_ms * 1e-3;
+  const FollowedSound r = follow_sound(c.options);
+  if (c.json) {
+    fmt::print("{}\n", ordered_json{{"scene", r.scene},
+                                    {"seconds", r.seconds},
+                                    {"states", r.states},
+                                    {"lost_ticks", r.lost},
+                                    {"delay_ms", r.delay * 1e3},
+                                    {"network_ms", r.network * 1e3}}
+                           .dump(2, ' ', false, ordered_json::error_handler_t::replace));
+    return;
+  }
+  fmt::print("{}: {:.1f} s, {} states, {} ticks lost\n", r.scene, r.seconds, r.states, r.lost);
+  if (std::isfinite(r.delay)) fmt::print("delay: {:.0f} ms from the arrival of a state to its sound\n", r.delay * 1e3);
+  if (std::isfinite(r.network))
+    fmt::print("network: {:.1f} ms from a tick to its arrival, if the clocks of both computers agree\n",
+               r.network * 1e3);
+}
+
 }  // namespace
 
 void add_sound_command(cli::Command& app) {
@@ -444,6 +473,18 @@ void add_sound_command(cli::Command& app) {
   d->add_flag("--json", picture->json, "Print where in the picture the plot lies as JSON");
   d->footer("Example:\n  typodont sound picture demo/drill.wav --out drill.png");
   d->callback([picture] { run_picture(*picture); });
+
+  auto follow = std::make_shared<FollowCommand>();
+  cli::Command* w = sound->add_command("follow", "Play the sound of a session that runs on another computer");
+  w->add_option("address", follow->options.address, "ws:[HOST:]PORT, as of run --stream")->required();
+  w->add_option("--audio", follow->options.audio, "portaudio:[DEVICE] (default) or wav:FILE");
+  w->add_option("--wait-ms", follow->wait_ms, "How long a sound device waits for late states")->show_default();
+  w->add_option("--seconds", follow->options.seconds, "Length (default: to the session's end)");
+  w->add_flag("--json", follow->json, "Print what was heard, and the delay, as JSON");
+  w->footer(
+      "Example:\n  typodont run molar-caries --stream ws:0.0.0.0:9001 --stream-rate 1000\n"
+      "  typodont sound follow ws:192.168.0.5:9001");
+  w->callback([follow] { run_follow(*follow); });
 
   add_sound_page_command(*sound);
 }

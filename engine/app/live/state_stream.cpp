@@ -148,6 +148,9 @@ std::string state_text(const ServoTick& tick, const StreamedSession& session, st
                   {"force_N", vec(tick.f_T_W, 1)},
                   {"torque_Nmm", vec(tick.tau_T_W, kMillimetre)},
                   {"depth_mm", tick.depth / kMillimetre},
+                  {"normal", vec(tick.n_C_W, 1)},
+                  {"contact_area_mm2", tick.contact_area / kSquareMillimetre},
+                  {"cutting_power_W", tick.cutting_power},
                   {"tissue", name_of(tick.tissue)},
                   {"removed_mm3", std::move(removed)},
                   {"spindle_krpm", tick.spindle / kKrpm},
@@ -175,6 +178,10 @@ struct StateStream::Impl {
                 {"scene", session.scene},
                 {"tools", session.tools},
                 {"servo_Hz", session.servo_rate},
+                {"sound",
+                 {{"model", session.voice.model},
+                  {"free_speed_krpm", session.voice.free_speed / kKrpm},
+                  {"tools_cut", session.voice.tools_cut}}},
                 {"clock", {{"zero_unix_ns", unix_zero}, {"zero_monotonic_ns", zero}}}}
         .dump(-1, ' ', false, Text::error_handler_t::replace);
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/sound_link.h"
 #include "engine/base/clock.h"
 #include "engine/contract/contact.h"
 
@@ -16,6 +17,7 @@ struct StreamedSession {
   std::string scene;               // name of the scene
   std::vector<std::string> tools;  // ServoTick::tool is an index
   double servo_rate = 1000;        // Hz, rate of the servo
+  SoundVoice voice;                // for its sound on another computer
 };
 
 /// One thread calls all, not the servo's. Nothing blocks, so slow readers lose messages; after kPatience without
