@@ -1,6 +1,7 @@
 // From the hand's work to the sound; sources in audio/README.md.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace typodont::audio {
@@ -9,6 +10,8 @@ namespace typodont::audio {
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
+inline constexpr double kEdgeArea = 2e-6;        // m², contact that doubles the power of the working sound
+inline constexpr double kLargestArea = 20e-6;    // m², larger contacts sound alike
 inline constexpr double kBrightForce = 1.5;      // N, 63 % of the largest brightness
 // m³/s, 63 % of the largest brightness
 inline constexpr double kBrightRemoval = 0.5e-9;
@@ -20,6 +23,11 @@ inline constexpr double kIdleExponent = 3.75;
 /// Fraction of working sound, 0..1.
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
+}
+/// Amplitude of the working sound, 1 for a typical contact. The powers of edges that cut independently add up.
+inline double loudness_of(double area) noexcept {
+  const auto power = [](double a) { return 1 + std::min(a, kLargestArea) / kEdgeArea; };
+  return std::sqrt(power(area) / power(kTypicalArea));
 }
 /// Fraction of the largest brightness, 0..1.
 inline double brightness_of(double force, double removal) noexcept {

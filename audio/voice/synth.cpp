@@ -201,8 +201,9 @@ struct DrillSynth::Impl {
     // Idle to work at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
+    const auto loudness = static_cast<float>(std::sin(0.5 * kPi * load) * loudness_of(area));
     for (std::size_t t = 1; t < weights.size(); ++t) {
-      weights[t].target = t == touched ? working_gain * static_cast<float>(std::sin(0.5 * kPi * load)) : 0.0f;
+      weights[t].target = t == touched ? working_gain * loudness : 0.0f;
     }
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
     bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;

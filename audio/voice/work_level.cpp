@@ -63,7 +63,7 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double speed = measured.spindle / models.free_speed;
   const double angle = 0.5 * kPi * load_of(measured.contact_area, measured.force, measured.removal_rate);
   const double idle_gain = std::pow(std::cos(angle) * std::pow(speed, kIdleExponent), 2);
-  const double work_gain = std::pow(std::sin(angle) * speed, 2);
+  const double work_gain = std::pow(std::sin(angle) * loudness_of(measured.contact_area) * speed, 2);
   const ArModel work = models.working[tissue] ? *models.working[tissue] : derived_working_models(models.idle)[tissue];
 
   Power idle;

@@ -217,6 +217,13 @@ TEST(DrillSynth, GrowsLouderWithContactAreaForceAndRemoval) {
     EXPECT_GT(now, before + 0.2) << area;
     before = now;
   }
+  // Contacts of real burs, each step above the just noticeable difference.
+  before = level_of(0.75e-6, 1, 0.5e-9);
+  for (const double area : {1.5e-6, 3e-6, 6e-6, 9e-6}) {
+    const double now = level_of(area, 1, 0.5e-9);
+    EXPECT_GT(now, before + 1) << area;
+    before = now;
+  }
   EXPECT_GT(level_of(0.3e-6, 1, 0), level_of(0.3e-6, 0, 0) + 0.3);
   EXPECT_GT(level_of(0.3e-6, 1, 0.5e-9), level_of(0.3e-6, 1, 0) + 0.3);
 }
