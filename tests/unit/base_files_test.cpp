@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/cache.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/guarded_process.h"
@@ -40,6 +41,17 @@ TEST(TemporaryPlace, IsAnotherFolderWhereTmpdirIsMissing) {
   setenv("TMPDIR", "/nowhere/at/all", 1);
   EXPECT_TRUE(std::filesystem::is_directory(TemporaryFolder().path()));
   before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+}
+
+TEST(CacheFolder, OfARelativeNameIsNotUsed) {
+  const auto value = [](const char* name) { return std::string(std::getenv(name) ? std::getenv(name) : ""); };
+  const std::string own = value("TYPODONT_CACHE"), users = value("XDG_CACHE_HOME");
+  unsetenv("TYPODONT_CACHE");
+  setenv("XDG_CACHE_HOME", "somewhere/below", 1);
+  EXPECT_TRUE(cache::folder().empty() || cache::folder().is_absolute()) << cache::folder();
+  EXPECT_EQ(cache::folder().string().find("somewhere"), std::string::npos);
+  if (!own.empty()) setenv("TYPODONT_CACHE", own.c_str(), 1);
+  users.empty() ? unsetenv("XDG_CACHE_HOME") : setenv("XDG_CACHE_HOME", users.c_str(), 1);
 }
 
 TEST(GuardedProcess, AProgramThatCannotLoadItsLibrariesIsSaidNotToStart) {
