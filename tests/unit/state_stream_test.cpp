@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "engine/app/live/session.h"
+#include "engine/app/live/sound_follower.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/stream/sound_follower.h"
 #include "engine/base/error.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
