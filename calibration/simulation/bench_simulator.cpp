@@ -51,7 +51,7 @@ BenchSimulator::BenchSimulator(const SimulationOptions& options) : options_(opti
   const double e = options.placement_error;
   const auto shift = [&] { return random_.in_box(dvec3(-e), dvec3(e)); };
   const Pose panel_moved{shift(), small_turn(random_, 2 * e)};
-  const double larger = 1 + random_.uniform(-e, e);
+  const double larger = 1 + 0.5 * (random_.uniform(-e, e) + random_.uniform(-e, e));
   const dvec3 right = truth_.panel.lower_right - truth_.panel.lower_left,
               up = truth_.panel.upper_left - truth_.panel.lower_left;
   truth_.panel.lower_left = panel_moved * truth_.panel.lower_left;

@@ -299,6 +299,15 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
+  // Slips are rare in each group.
+  for (const auto& [id, group] : groups) {
+    const auto kept =
+        std::count_if(group.captures.begin(), group.captures.end(), [&](std::size_t i) { return used[i]; });
+    if (result.misfit.empty() && 2 * static_cast<std::size_t>(kept) < group.captures.size())
+      result.misfit =
+          fmt::format("only {} of the {} captures of {} {} fit the others: {}", kept, group.captures.size(),
+                      group.plate ? "plate" : "socket", id, group.plate ? "has it another pitch?" : "has it moved?");
+  }
   // Reduced echelon form: few parameters per direction.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
