@@ -13,8 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
-#include "haptics/devices/fd_link.h"
-#include "haptics/devices/websocket.h"
+#include "haptics/message_stream.h"
 
 namespace typodont {
 
@@ -24,7 +23,7 @@ constexpr Nanos kTurn = 10'000'000, kSilence = 5 * kNanosPerSecond;  // ns; long
 constexpr Nanos kToCompare = 100'000'000;  // ns of the session, from which the fastest arrival is taken
 constexpr double kLongest = 1e6;           // s of a session
 
-std::unique_ptr<haptics::Link> connect(const std::string& address) {
+haptics::MessageStream connect(const std::string& address) {
   std::string_view rest = address;
   unsigned port = 0;
   std::string host = "127.0.0.1";
@@ -37,7 +36,7 @@ std::unique_ptr<haptics::Link> connect(const std::string& address) {
   if (!address.starts_with("ws:") || read.ec != std::errc() || read.ptr != rest.data() + rest.size() || port == 0 ||
       port > 65535)
     throw Error("sound follow", "", address, "ws:[HOST:]PORT");
-  return haptics::connect_tcp(host, static_cast<int>(port));
+  return {host, static_cast<int>(port)};
 }
 
 SoundVoice read_voice(const Json& json) {
@@ -143,16 +142,16 @@ class Follower {
 }  // namespace
 
 FollowedSound follow_sound(const FollowOptions& options) {
-  haptics::WebSocket socket(connect(options.address), options.address, "/");
+  haptics::MessageStream socket = connect(options.address);
   Follower follower(options);
   for (Nanos heard = now(); !follower.long_enough();) {
     std::string_view text;
     const auto got = socket.receive(text, kTurn);
-    if (got == haptics::WebSocket::Got::kMessage) {
+    if (got == haptics::MessageStream::Got::kMessage) {
       heard = now();
       if (!follower.take(Json::parse(text, options.address, Json::Lines::kUnknown))) break;
     }
-    if (got == haptics::WebSocket::Got::kLost || now() - heard > kSilence)
+    if (got == haptics::MessageStream::Got::kLost || now() - heard > kSilence)
       throw RunFailure(options.address + ": the connection was lost before the session's end");
     follower.advance();
   }
