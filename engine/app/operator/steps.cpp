@@ -23,15 +23,19 @@ bool StepWatcher::waits() const {
   return current_ < count() && !task_.step_actions[static_cast<std::size_t>(current_)].empty();
 }
 
+void StepWatcher::begin(const StepActions& now) {
+  begun_ = true;
+  start_ = now;
+  touched_ = 0;
+  path_ = 0;
+  last_t_ = now.tick.t;
+  last_p_ = now.tick.X_WT.p;
+}
+
 bool StepWatcher::follow(const StepActions& now) {
   if (current_ >= count()) return false;
   if (!begun_) {
-    begun_ = true;
-    start_ = now;
-    touched_ = 0;
-    path_ = 0;
-    last_t_ = now.tick.t;
-    last_p_ = now.tick.X_WT.p;
+    begin(now);
     return false;
   }
   const Nanos dt = now.tick.t - last_t_;
@@ -53,7 +57,8 @@ bool StepWatcher::follow(const StepActions& now) {
                     : deed == "hold"  ? now.held && !start_.held
                     : deed == "phase" ? now.phase > static_cast<std::size_t>(current_)
                                       : false;
-  if (done) next();
+  // The next action may come before the next call.
+  if (done) next(), begin(now);
   return done;
 }
 

@@ -37,6 +37,8 @@ class StepWatcher {
   void back();
 
  private:
+  void begin(const StepActions& now);
+
   session::Task task_;
   int current_ = 0;
   bool begun_ = false;  // the state at the step's start is stored
