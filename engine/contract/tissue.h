@@ -45,8 +45,8 @@ struct Material {
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
-  double density = 2900;  // kg/m³, density of the tissue
-  dvec3 color{1, 1, 1};   // sRGB, 0..1, colour of the tissue
+  double density = 2900;    // kg/m³, density of the tissue
+  dvec3 color{1, 1, 1};     // sRGB, 0..1, colour of the tissue
   EdgeLaw blade{}, grit{};  // of drills; of diamonds
 };
 using MaterialTable = std::array<Material, kTissueCount>;
