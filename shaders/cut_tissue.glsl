@@ -2,6 +2,9 @@
 // open, and how thin the tissue below it is. Include after lighting.glsl.
 
 const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
+// Linear reflectance of enamel that lost mineral, of enamel stained by caries, and of dentin that bacteria softened but
+// did not enter. Estimates.
+const vec3 kChalk = vec3(0.66, 0.64, 0.58), kStain = vec3(0.24, 0.14, 0.065), kAffected = vec3(0.30, 0.16, 0.065);
 const float kFrost = 0.06;  // strength of the frost on cut enamel
 
 /// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `wet`: 0 dry, 1 below a film of water;
@@ -9,14 +12,18 @@ const float kFrost = 0.06;  // strength of the frost on cut enamel
 /// its surface, so it is frosty and whiter. Water fills the roughness of cut enamel, so that its frost disappears. The
 /// frost also decreases with `shows`, so that a cut that reaches dentin at a flat angle has no step of colour. A
 /// natural surface of dentin is a root: cementum is darker than dentin. Thin enamel lets red light pass, so its edge is
-/// bluish grey.
-vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, float shows) {
+/// bluish grey. `lesion`: nearness of caries, 0 to 1 at its edge: enamel that lost mineral is chalky, and stained near the
+/// caries; affected dentin is brown.
+vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, float shows, float lesion) {
   if (kView != 0) return color;
   if (tissue == kEnamel) {
     color = mix(color, vec3(0.66, 0.66, 0.64), kFrost * cut * (1.0 - wet) * (1.0 - shows));
     color *= mix(vec3(1.0), vec3(0.66, 0.78, 0.90), thin * thin);
+    color = mix(color, kChalk, 0.6 * smoothstep(0.0, 0.5, lesion));
+    color = mix(color, kStain, 0.8 * smoothstep(0.45, 0.85, lesion));
   } else if (tissue == kDentin) {
     color *= mix(vec3(0.92, 0.86, 0.84), vec3(1.0), cut);
+    color = mix(color, kAffected, 0.8 * smoothstep(0.4, 0.85, lesion));
   }
   return color;
 }

@@ -412,12 +412,10 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec4 light, Around arou
          glossy(gloss_normal, v, look, light.xy, around);
 }
 
-// Tone mapping (Khronos PBR Neutral, 2024): keeps the measured colours of tissues and compresses only the highlights.
+// Tone mapping: keeps the measured colours of tissues and compresses only the highlights, as Khronos PBR Neutral (2024)
+// does. Its subtraction of the mirrored light is left out: a deep cavity mirrors nothing, and would become olive.
 vec3 tone_map(vec3 color) {
-  const float start = 0.8 - 0.04, desaturation = 0.15;
-  float x = min(color.r, min(color.g, color.b));
-  float offset = x < 0.08 ? x - 6.25 * x * x : 0.04;
-  color -= offset;
+  const float start = 0.8, desaturation = 0.15;
   float peak = max(color.r, max(color.g, color.b));
   if (peak < start) return color;
   float d = 1.0 - start;

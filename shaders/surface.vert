@@ -12,6 +12,7 @@ layout(location = 1) in vec4 in_normal;  // xyz: normal; w: difference, in units
 // open (x) and the thinness (y). z: fraction of the second tissue times 255. w: the lower tissue in the low bits, its
 // visible fraction in the high bits.
 layout(location = 2) in uvec4 in_tissue;
+layout(location = 3) in vec4 in_lesion;  // x: nearness of caries
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
@@ -60,14 +61,14 @@ void main() {
   vec4 film = kFilm ? film_at(world) : vec4(0.0);
   float wet = kFilm ? wetness(film) : 0.0;
   vec3 layered = lower == tissue_1 ? first.rgb : over(first, beneath, shows);
-  out_first = vec4(surface_color(tissue_1, layered, cut, wet, thin, shows), shows);
+  out_first = vec4(surface_color(tissue_1, layered, cut, wet, thin, shows, in_lesion.x), shows);
   out_first_look = vec4(frame.tissue_look[tissue_1].xyz, first.w);
   out_second = vec4(out_first.rgb, cut);
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
     vec4 second = frame.tissue_color[tissue_2];
     layered = lower == tissue_2 ? second.rgb : over(second, beneath, shows);
-    out_second.rgb = surface_color(tissue_2, layered, cut, wet, thin, shows);
+    out_second.rgb = surface_color(tissue_2, layered, cut, wet, thin, shows, in_lesion.x);
     out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);
   }
   out_light = vec4(kLightGrid ? vec3(0.0) : through_edge(n, thin), share);

@@ -37,11 +37,14 @@ struct Vertex {
   float depth = 0;              // m, of the lower tissue
   float cut = 0;                // 0..1, of the surface around
   float thin = 0;               // 0..1; 0: thicker than kTranslucentThickness
+  float lesion = 0;             // 0..1, nearness of caries; 0: farther than kLesionReach
   float difference = 0;         // m to remove (> 0) or too much (< 0), for View::kDifference
 };
 
 /// m; thicker tissue lets no light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
+/// m; caries discolours sound tissue up to here
+inline constexpr double kLesionReach = 0.8e-3;
 
 /// A brick's content now; empty removes it.
 struct MeshUpdate {

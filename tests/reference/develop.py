@@ -98,10 +98,8 @@ def light_of(parts):
 
 
 def tone_map(color):
-    """Khronos PBR Neutral, as in shaders/lighting.glsl."""
-    start, desaturation = 0.8 - 0.04, 0.15
-    x = color.min(-1, keepdims=True)
-    color = color - np.where(x < 0.08, x - 6.25 * x * x, 0.04)
+    """As in shaders/lighting.glsl."""
+    start, desaturation = 0.8, 0.15
     peak = np.maximum(color.max(-1, keepdims=True), 1e-9)
     d = 1 - start
     new_peak = 1 - d * d / (peak + d - start)

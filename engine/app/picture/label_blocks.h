@@ -38,16 +38,23 @@ class LabelBlocks {
   bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
   /// In or near the box (coordinates of at()). False: certainly none.
   bool may_contain_others(const glm::ivec3& low, const glm::ivec3& high, unsigned expected) const {
+    return (tissues_in(low, high) & ~expected) != 0;
+  }
+  bool may_contain(const glm::ivec3& low, const glm::ivec3& high, Tissue tissue) const {
+    return (tissues_in(low, high) & set_of(tissue)) != 0;
+  }
+
+ private:
+  unsigned tissues_in(const glm::ivec3& low, const glm::ivec3& high) const {
     const glm::ivec3 first = low >> kCubeShift, last = high >> kCubeShift;
     unsigned found = 0;
     for (int x = first.x; x <= last.x; ++x)
       for (int y = first.y; y <= last.y; ++y)
         for (int z = first.z; z <= last.z; ++z)
           found |= cubes_[static_cast<std::size_t>((x * 2 * count_.y + y) * 2 * count_.z + z)];
-    return (found & ~expected) != 0;
+    return found;
   }
 
- private:
   static constexpr int kShift = 4, kSide = 1 << kShift, kMask = kSide - 1;
   static constexpr int kCubeShift = kShift - 1;  // 2³ cubes of 8³ voxels
   using Labels = std::array<Tissue, kSide * kSide * kSide>;

@@ -390,12 +390,13 @@ render::Frame PictureStage::look() const {
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // For every display rig, the lamp is over the user's left shoulder. It is fixed relative to the screen and does not
-  // follow the head.
+  // For every display rig, the lamp is over the user's left shoulder, 20° from the line of sight, so that it reaches the
+  // floor of a cavity. It is fixed relative to the screen and does not follow the head.
   const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
   const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
-  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.2 * up - 0.25 * rest_.right);
+  frame.lights.key_strength = 3.4;
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
   frame.mirror = mirror_;

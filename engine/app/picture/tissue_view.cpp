@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/vectors.h"
+#include "engine/render/sphere_directions.h"
 #include "haptics/natural_surface.h"
 
 namespace typodont {
@@ -158,6 +159,24 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   }
 }
 
+float TissueView::nearness_of_caries(const haptics::TissueVolume& volume, const glm::vec3& start,
+                                     const glm::vec3& inward, float reach) {
+  const glm::ivec3 all(static_cast<int>(reach) + 1), middle(start);
+  if (!labels_.may_contain(middle - all, middle + all, Tissue::kCaries)) return 0;
+  static const auto directions = render::sphere_directions<40>();
+  constexpr float kBelow = 1.5f, kStep = 1;  // voxels
+  // From below the surface, so that level ways stay in the tissue.
+  const glm::vec3 from = start + kBelow * inward;
+  float nearest = reach;
+  for (const glm::vec3& d : directions)
+    for (float way = kStep; way < nearest; way += kStep) {
+      const Tissue found = labels_.at(volume, glm::ivec3(from + way * d));
+      if (found == Tissue::kCaries) nearest = way;
+      if (found == Tissue::kCaries || found == Tissue::kAir) break;
+    }
+  return 1 - nearest / reach;
+}
+
 void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
@@ -174,8 +193,10 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
-  labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
-                  glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
+  const auto lesion_reach = static_cast<float>(render::kLesionReach / voxel);  // voxels
+  const int margin = static_cast<int>(lesion_reach) + 3;
+  labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - margin,
+                  glm::ivec3(glm::ceil(dvec3(high) / voxel)) + margin);
   // Nothing shows through, and no border to draw.
   if (labels_.one_tissue()) return;
   const glm::ivec3 lo = labels_.origin();
@@ -209,6 +230,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
+    if (translucent(outside)) v.lesion = nearness_of_caries(volume, start, inward, lesion_reach);
     // Dentin beside enamel: enamel of thickness zero over dentin, so the interpolated colour has no step.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
@@ -232,8 +254,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Caries one or two voxels below is the edge of a lesion that the surface already shows.
-      if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
+      // Near caries, Vertex::lesion colours the tissue.
+      if (found == Tissue::kCaries) v.shows *= 1 - v.lesion;
       break;
     }
   }
@@ -264,12 +286,25 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     put(volume, outdated_.back());
     outdated_.pop_back();
   }
+  // The stain of a brick follows the caries of its neighbours, one brick per update.
+  for (const glm::ivec3& key : changed)
+    for (const glm::ivec3& stained : stained_)
+      if (glm::all(glm::lessThanEqual(glm::abs(stained - key), glm::ivec3(1))) &&
+          std::ranges::find(stale_, stained) == stale_.end())
+        stale_.push_back(stained);
+  if (!stale_.empty()) {
+    put(volume, stale_.front());
+    stale_.erase(stale_.begin());
+  }
   std::vector<render::MeshUpdate> updates;
   labels_.forget();
   solid_.forget();
   mesher_.remesh([&](const surface::BrickMesh& mesh) {
     updates.push_back(brick_update(mesh, volume.frame().voxel));
     find_tissue_below(volume, updates.back());
+    std::erase(stained_, mesh.key);
+    if (std::ranges::any_of(updates.back().vertices, [](const render::Vertex& v) { return v.lesion > 0; }))
+      stained_.push_back(mesh.key);
   });
   return updates;
 }

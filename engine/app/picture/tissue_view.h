@@ -52,6 +52,9 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
+  /// Vertex::lesion. Voxels of the present label blocks; `inward`: unit vector.
+  float nearness_of_caries(const haptics::TissueVolume& volume, const glm::vec3& start, const glm::vec3& inward,
+                           float reach);
   /// Vertex::cut and Vertex::thin.
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
@@ -64,6 +67,8 @@ class TissueView {
   float tolerance_;
   bool another_tolerance_ = false;    // changed since the last update
   std::vector<glm::ivec3> outdated_;  // not yet at the new tolerance
+  std::vector<glm::ivec3> stained_;   // bricks with Vertex::lesion
+  std::vector<glm::ivec3> stale_;     // of these, with changed neighbours
 };
 
 }  // namespace typodont

@@ -20,6 +20,7 @@ inline render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b
   if (const glm::vec3 n = a.n + b.n; glm::dot(n, n) > 0) m.n = glm::normalize(n);
   m.second = 0.5f * (a.second + b.second);
   m.shows = 0.5f * (a.shows + b.shows);
+  m.lesion = 0.5f * (a.lesion + b.lesion);
   m.difference = 0.5f * (a.difference + b.difference);
   return m;
 }

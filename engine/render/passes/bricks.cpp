@@ -27,7 +27,8 @@ GpuVertex pack(const Vertex& v) {
   return {{v.p.x, v.p.y, v.p.z},
           {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
           {with(v.tissue[0], v.cut), with(v.tissue[1], v.thin),
-           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), with(v.under, v.shows)}};
+           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), with(v.under, v.shows)},
+          {static_cast<std::uint8_t>(std::lround(std::clamp(v.lesion, 0.0f, 1.0f) * 255.0f))}};
 }
 
 /// Box and normal cone, for culling.

@@ -11,15 +11,16 @@
 
 namespace typodont::render {
 
-/// 24 bytes.
+/// 28 bytes.
 struct GpuVertex {
   float p[3];         // m, position relative to the mesh's origin
   std::int16_t n[4];  // normal; w: difference / kDifferenceRange; snorm
   // First tissue + Vertex::cut · 15; second tissue + Vertex::thin · 15 (low and high four bits); second's fraction ·
   // 255; tissue below + visible fraction · 15.
   std::uint8_t tissue[4];
+  std::uint8_t lesion[4];  // Vertex::lesion · 255; three spare bytes
 };
-static_assert(sizeof(GpuVertex) == 24);
+static_assert(sizeof(GpuVertex) == 28);
 inline constexpr float kDifferenceRange = 2e-3f;  // m, clamp of |Vertex::difference|
 
 /// Selects the shader.

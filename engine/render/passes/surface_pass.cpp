@@ -36,7 +36,8 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
       o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)},
                       {0, VK_FORMAT_R16G16B16A16_SNORM, offsetof(GpuVertex, n)},
-                      {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
+                      {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)},
+                      {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(GpuVertex, lesion)}};
       o.blend = glass;
       o.depth_write = !glass;
       // Sections show insides, open surfaces their backs.
