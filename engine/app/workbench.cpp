@@ -438,7 +438,9 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     const display::UserInput own = options.embedded ? display::UserInput() : picture->stage()->output().poll();
     if (own.close) return false;
     const display::UserInput& over = input && options.embedded ? *input : own;
-    if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
+    if (pointer)
+      s.wiring.pointer.publish(
+          pointer->follow(over, now() - began, tick.depth > 0 ? std::optional(tick.X_WG.p) : std::nullopt));
     PictureStage& stage = *picture->stage();
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;

@@ -56,25 +56,28 @@ std::vector<Goal> goals_of(const TaskEvaluator& judge, const haptics::TissueVolu
 /// Position of the mouse in the window, and turns of its wheel.
 class Mouse {
  public:
-  Mouse(const display::DisplayRig& rig, double wheel_step)
-      : screen_(rig.screen), eye_(rig.head.eye_center), step_(wheel_step) {
+  Mouse(const display::DisplayRig& rig, const dvec3& start, double wheel_step)
+      : screen_(rig.screen), eye_(rig.head.eye_center), start_(start), step_(wheel_step) {
     right_ = 0.5 * (screen_.lower_right - screen_.lower_left);
     up_ = 0.5 * (screen_.upper_left - screen_.lower_left);
     middle_ = screen_.lower_left + right_ + up_;
     normal_ = glm::normalize(glm::cross(right_, up_));
+    nearer_ = glm::dot(start - middle_, normal_) / glm::dot(eye_ - middle_, normal_);
+    in_plane_ = glm::mix(middle_, eye_, nearer_);
   }
-  /// Moves as near to p as pixels and wheel notches allow, from a tool at depth `now`.
-  void go(const dvec3& p, double now, MouseStep& step) const {
-    const double depth = glm::dot(p - middle_, normal_), all = glm::dot(eye_ - middle_, normal_);
-    const dvec3 on_screen = eye_ + (p - eye_) * (all / (all - depth));
+  /// Moves an upright tool from `now` as near to p as pixels and wheel notches allow. At wheel zero, the pointer moves
+  /// the tool in the plane through `start`, parallel to the screen; the wheel moves it vertically.
+  void go(const dvec3& p, const dvec3& now, MouseStep& step) {
+    const double slid = now.z - in_plane_.z, slide = glm::dot(p - start_, normal_) / normal_.z;
+    // notches per step that a finger can turn
+    step.wheel = std::clamp(static_cast<int>(std::lround((slide - slid) / step_)), -6, 6);
+    const dvec3 in_plane = p - dvec3(0, 0, slide), on_screen = eye_ + (in_plane - eye_) / (1 - nearer_);
     const glm::dvec2 at(glm::dot(on_screen - middle_, right_) / glm::dot(right_, right_),
                         glm::dot(on_screen - middle_, up_) / glm::dot(up_, up_));
-    const glm::dvec2 size(screen_.pixels);
-    step.pixel = glm::ivec2(glm::round(glm::dvec2(at.x + 1, 1 - at.y) / 2.0 * size));
-    // notches per step that a finger can turn
-    step.wheel = std::clamp(static_cast<int>(std::lround((depth - now) / step_)), -6, 6);
+    step.pixel = glm::ivec2(glm::round(glm::dvec2(at.x + 1, 1 - at.y) / 2.0 * glm::dvec2(screen_.pixels)));
+    const glm::dvec2 over = input(step).pointer;
+    in_plane_ = glm::mix(middle_ + over.x * right_ + over.y * up_, eye_, nearer_);
   }
-  double depth_of(const dvec3& p) const { return glm::dot(p - middle_, normal_); }
   display::UserInput input(const MouseStep& step) const {
     display::UserInput input;
     const glm::dvec2 at = glm::dvec2(step.pixel) / glm::dvec2(screen_.pixels);
@@ -87,8 +90,10 @@ class Mouse {
 
  private:
   display::Screen screen_;
-  dvec3 eye_, right_, up_, middle_, normal_;
+  dvec3 eye_, start_, right_, up_, middle_, normal_;
+  dvec3 in_plane_;  // m, W: where the pointer is
   double step_;
+  double nearer_;  // fraction of the way from the screen to the eye, of the plane
 };
 
 }  // namespace
@@ -104,7 +109,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   std::vector<Goal> goals = goals_of(judge, start, scene, top);
   SteppedSession stepped(scene, std::move(start), kRate);
   Pointer pointer(rig, above, wheel_step);
-  const Mouse mouse(rig, wheel_step);
+  Mouse mouse(rig, above, wheel_step);
 
   haptics::HandSample wanted = pointer.follow({}, 0);
   PointerSmoothing smoothing(wanted.X_WT, kRate);
@@ -147,8 +152,10 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     const bool presses = held_back && goals[next].cut && glm::length(off) > kThere;
     press = presses ? std::min({press + kPressing, kMostPress, kGain * glm::length(off)}) : 0.5 * press;
     const dvec3 hand = glm::length(off) > 1e-6 ? aim + press * glm::normalize(off) : aim;
-    mouse.go(hand, mouse.depth_of(wanted.X_WT.p), step);
-    wanted = pointer.follow(mouse.input(step), static_cast<Nanos>(1e9 * session.seconds) + 1);
+    mouse.go(hand, wanted.X_WT.p, step);
+    if (session.steps.size() <= 2) step.wheel = 0;  // a leaning bur would move to the side
+    wanted = pointer.follow(mouse.input(step), static_cast<Nanos>(1e9 * session.seconds) + 1,
+                            tick.depth > 0 ? std::optional(tick.X_WG.p) : std::nullopt);
     session.steps.push_back(step);
     for (int i = 0; i < kTicksATurn; ++i, ++ticks) tick = stepped.tick(smoothing.next(wanted, ticks * 1'000'000));
     session.seconds += kTurn;

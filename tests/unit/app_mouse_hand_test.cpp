@@ -48,7 +48,7 @@ TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillImmediately) {
   EXPECT_EQ(pointer.follow(input, 8 * kFrame).pedal, 0);
 }
 
-TEST(MouseHand, TheToolStartsInFrontOfTissueThatWouldHideItAndElsewhereItStaysAtItsStart) {
+TEST(MouseHand, TheToolStartsAboveTissueThatWouldHideItAndElsewhereItStaysAtItsStart) {
   const auto block = [](double y_mm) {
     return haptics::TissueVolume(
         haptics::read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel",
@@ -64,24 +64,26 @@ TEST(MouseHand, TheToolStartsInFrontOfTissueThatWouldHideItAndElsewhereItStaysAt
     Pointer pointer(rig, start, 0.15_mm);
     const dvec3 before = pointer.follow({}, 0).X_WT.p;
     pointer.come_into_sight(block(y_mm));
-    const dvec3 after = pointer.follow({}, 0).X_WT.p;
+    const haptics::HandSample hand = pointer.follow({}, 0);
+    const dvec3 after = hand.X_WT.p, shank = hand.X_WT.R * dvec3(0, 0, 1);
     if (y_mm > 14) {
       EXPECT_EQ(after, before);
       continue;
     }
-    EXPECT_LT(glm::distance(eye, after), glm::distance(eye, before));
-    EXPECT_NEAR(glm::dot(glm::normalize(eye - after), glm::normalize(eye - before)), 1, 1e-9) << "on the line of sight";
-    // The nearest point of the block is within 2 mm along the line of sight (a voxel is 0.2 mm).
-    const dvec3 way = glm::normalize(after - eye), entered = after + 2.2_mm * way, outside = after + 1.7_mm * way;
     const auto inside = [](const dvec3& p) {
       return glm::all(glm::lessThan(glm::abs(p - dvec3(6.8_mm, 6.0_mm, 18.0_mm)), dvec3(3.0_mm, 1.5_mm, 6.0_mm)));
     };
-    EXPECT_TRUE(inside(entered));
-    EXPECT_FALSE(inside(outside));
+    // Two millimetres along its shank, the tool meets the block (a voxel is 0.2 mm).
+    EXPECT_FALSE(inside(after - 1.7_mm * shank));
+    EXPECT_TRUE(inside(after - 2.3_mm * shank));
+    // On along its shank, it meets the line of sight to the middle of the picture, where the block is seen.
+    const dvec3 sight = glm::normalize(eye - before), off = after - eye,
+                normal = glm::normalize(glm::cross(sight, shank));
+    EXPECT_NEAR(glm::dot(off, normal), 0, 1e-9);
   }
 }
 
-TEST(MouseHand, TheToolIsUnderThePointerAtAnyDepth) {
+TEST(MouseHand, TheToolIsUnderThePointer) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const char* name : {"window.json", "mirror.json", "closeup.json"}) {
@@ -96,7 +98,6 @@ TEST(MouseHand, TheToolIsUnderThePointerAtAnyDepth) {
       for (int i = 0; i < 100; ++i) {
         display::UserInput input;
         input.pointer = {uniform(random), uniform(random)};
-        input.wheel = std::round(5 * uniform(random));
         const dvec3 p = pointer.follow(input, i * kFrame).X_WT.p;
         const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
         ASSERT_NEAR(c.x / c.w, input.pointer.x, 1e-9) << name;
@@ -106,17 +107,16 @@ TEST(MouseHand, TheToolIsUnderThePointerAtAnyDepth) {
   }
 }
 
-TEST(MouseHand, ANotchOfTheWheelMovesByTheChosenStep) {
+TEST(MouseHand, ANotchOfTheWheelMovesTheToolAlongItsShankByTheChosenStep) {
   const display::DisplayRig rig = rig_named("window.json");
-  const dvec3 n = glm::normalize(
-      glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const char* text : {"", "0.05", "1"}) {
     const double step = wheel_step_of(text);
     Pointer pointer(rig, {6.8_mm, 6.0_mm, 18.0_mm}, step);
     display::UserInput input;
-    const dvec3 before = pointer.follow(input, 0).X_WT.p;
+    const haptics::HandSample first = pointer.follow(input, 0);
+    const dvec3 before = first.X_WT.p, shank = first.X_WT.R * dvec3(0, 0, 1);
     input.wheel = 2;
-    EXPECT_NEAR(glm::dot(pointer.follow(input, kFrame).X_WT.p - before, n), 2 * step, 1e-12) << text;
+    EXPECT_NEAR(glm::length(pointer.follow(input, kFrame).X_WT.p - before - 2 * step * shank), 0, 1e-12) << text;
     input.wheel = -2;
     EXPECT_NEAR(glm::length(pointer.follow(input, 2 * kFrame).X_WT.p - before), 0, 1e-12);
     input.wheel = 0;
@@ -136,6 +136,22 @@ TEST(MouseHand, ANotchOfTheWheelMovesByTheChosenStep) {
       EXPECT_THAT(e.what(), testing::HasSubstr("mouse:STEP_MM"));
     }
   }
+}
+
+TEST(MouseHand, IsAtMostAMillimetreAheadOfAToolThatTissueHoldsAndOneNotchTakesItBack) {
+  Pointer pointer(rig_named("window.json"), {6.8_mm, 6.0_mm, 18.0_mm}, 0.15_mm);
+  const haptics::HandSample first = pointer.follow({}, 0);
+  const dvec3 held = first.X_WT.p, shank = first.X_WT.R * dvec3(0, 0, 1);
+  display::UserInput input;
+  const auto lead = [&](int frame) { return pointer.follow(input, frame * kFrame, held).X_WT.p - held; };
+  input.wheel = -3;
+  EXPECT_NEAR(glm::length(lead(1) + 0.45_mm * shank), 0, 1e-12);
+  for (int i = 0; i < 20; ++i) EXPECT_LE(glm::length(lead(2 + i)), Pointer::kMaxLead + 1e-12);
+  EXPECT_NEAR(glm::length(lead(22) + Pointer::kMaxLead * shank), 0, 1e-12);
+  input.wheel = 1;
+  EXPECT_NEAR(glm::length(lead(23) + (Pointer::kMaxLead - 0.15_mm) * shank), 0, 1e-12);
+  input.wheel = 0, input.pointer = {0.8, 0};
+  EXPECT_NEAR(glm::length(lead(24)), Pointer::kMaxLead, 1e-12);
 }
 
 TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {

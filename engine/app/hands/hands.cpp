@@ -93,7 +93,7 @@ void add_window_drivers() {
   mouse.scheme = "mouse";
   mouse.rest = "[STEP_MM]";
   mouse.about =
-      "the mouse over the window: left button drills, wheel goes in and out (by STEP_MM a notch), right tilts";
+      "the mouse over the window: left button drills, wheel moves along the tool (by STEP_MM a notch), right tilts";
   mouse.hardware = false;
   mouse.open = opened_by_the_window("mouse", "a window rig for it to move in");
   mouse.find = [] {

@@ -19,9 +19,9 @@ constexpr double kUsualStep = 0.15e-3;                     // m per notch, defau
 constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
 // s, with which the tool follows the pointer
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;  // m, from the screen's plane
-// m in front of tissue that hides the tool, along the line of sight: clears a tilted head from an oblique surface
-constexpr double kInFront = 2e-3;
+constexpr double kMostDepth = 30e-3;  // m, from the screen's plane, and by the wheel
+// m of free way along the shank, above tissue that hides the tool: clears a tilted head from an oblique surface
+constexpr double kClear = 2e-3;
 // ns, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
 // rad, away from the user, so that the bur is visible
@@ -85,14 +85,22 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
   const VoxelFrame& frame = tissue.frame();
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
-  for (double depth = std::min(kMostDepth, 0.9 * distance); depth > depth_; depth -= frame.voxel) {
-    const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
+  const auto free = [&](const dvec3& p) {
     const glm::ivec3 at(glm::round(frame.to_voxels(p)));
-    if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) continue;
+    if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) return true;
     float outside = 0;  // voxels, from the surface, positive outside
     tissue.copy(at, glm::ivec3(1), &outside, nullptr);
-    if (outside > 0) continue;
-    depth_ = depth + kInFront;
+    return outside > 0;
+  };
+  for (double depth = std::min(kMostDepth, 0.9 * distance); depth > depth_; depth -= frame.voxel) {
+    const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
+    if (free(p)) continue;
+    depth_ = depth;
+    const dvec3 shank = rotation() * dvec3(0, 0, 1);
+    double clear = 0, way = frame.voxel;
+    for (; way < kMostDepth && clear < kClear; way += frame.voxel)
+      clear = free(p + way * shank) ? clear + frame.voxel : 0;
+    slid_W_ = way * shank;
     return;
   }
 }
@@ -127,7 +135,7 @@ dquat Pointer::rotation() const {
   return glm::angleAxis(lean_.x, away) * glm::angleAxis(-lean_.y, x) * upright;
 }
 
-haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
+haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, const std::optional<dvec3>& touching_W) {
   for (const int key : input.pressed) {
     if (key == display::keys::kPageUp) wheel_step_ = std::min(2 * wheel_step_, kMostStep);
     if (key == display::keys::kPageDown) wheel_step_ = std::max(wheel_step_ / 2, kLeastStep);
@@ -144,19 +152,27 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }
   if (input.middle) lean_ = glm::dvec2(0);
-  depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
+  const dquat R_WT = rotation();
+  const dvec3 slid = slid_W_ + input.wheel * wheel_step_ * (R_WT * dvec3(0, 0, 1));
+  if (glm::length(slid) <= kMostDepth) slid_W_ = slid;
 
-  // On the line of sight, so it is under the pointer at every depth.
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
   const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);
   const double depth = std::min(depth_, 0.9 * distance);
-  const dvec3 p = on_screen + depth / distance * (seen.eye - on_screen);
+  dvec3 p = on_screen + depth / distance * (seen.eye - on_screen) + slid_W_;
+  if (touching_W) {
+    const dvec3 lead = p - *touching_W, past = lead * (1 - kMaxLead / std::max(glm::length(lead), kMaxLead));
+    // The wheel winds nothing up; the pointer is where the user sees it.
+    const dvec3 axis = R_WT * dvec3(0, 0, 1);
+    slid_W_ -= glm::dot(past, axis) * axis;
+    p -= past;
+  }
 
   if (input.left && !pressed_) pressed_at_ = t;
   pressed_ = input.left;
   const bool down = pressed_ || t - pressed_at_ < kShortestPress;
-  return {t, {p, rotation()}, down ? 1.0 : 0.0};
+  return {t, {p, R_WT}, down ? 1.0 : 0.0};
 }
 
 PointerSmoothing::PointerSmoothing(const Pose& start, double rate)

@@ -1,8 +1,9 @@
-// The mouse as a hand without force. Pointer: across the picture; wheel: along the line of sight; left button: pedal;
+// The mouse as a hand without force. Pointer: across the picture; wheel: along the tool; left button: pedal;
 // right button or Shift: tilt; middle button: upright.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/app/wiring.h"
@@ -21,12 +22,16 @@ class Pointer {
  public:
   /// `wheel_step`: m per notch.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
-  /// In front of tissue that hides it. Before the session, because the volume belongs to the carver.
+  /// Above tissue that hides it: along the shank from the visible surface. Before the session, because the volume
+  /// belongs to the carver.
   void come_into_sight(const haptics::TissueVolume& tissue);
   /// When the picture's size or shape has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
-  /// `t`: of the input, any steady clock.
-  haptics::HandSample follow(const display::UserInput& input, Nanos t);
+  /// `t`: of the input, any steady clock. `touching_W`: the tool's head, if tissue holds it back; the hand is at most
+  /// kMaxLead ahead of it.
+  haptics::HandSample follow(const display::UserInput& input, Nanos t,
+                             const std::optional<dvec3>& touching_W = std::nullopt);
+  static constexpr double kMaxLead = 1e-3;  // m
   /// m per notch. Page up doubles it, Page down halves it.
   double wheel_step() const { return wheel_step_; }
 
@@ -43,7 +48,8 @@ class Pointer {
 
   display::DisplayRig rig_;
   double wheel_step_;
-  double depth_ = 0;  // m in front of the screen's plane
+  double depth_ = 0;  // m in front of the screen's plane, of the plane in which the pointer moves the tool
+  dvec3 slid_W_{0};   // m, by the wheel
   /// rad, of the shank from z: to the user's right, away from him
   glm::dvec2 lean_;
   /// pointer, and tool from pointer, in half pictures
