@@ -1,5 +1,6 @@
 #include "engine/app/scene.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -381,7 +383,20 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   return scene;
 }
 
-void choose_model(Scene& scene, const std::string& name) {
+/// Loads a shared object that holds a ContactMethodRegistration. Returns the model's name. Main thread.
+static std::string load_model(const std::string& file) {
+  static std::map<std::string, std::string> loaded;
+  std::string& name = loaded[file];
+  if (!name.empty()) return name;
+  const std::size_t known = haptics::contact_method_names().size();
+  if (!dlopen(file.c_str(), RTLD_NOW)) throw Error("--model", "", dlerror(), "a shared object built for this version");
+  const std::vector<std::string> names = haptics::contact_method_names();
+  if (names.size() == known) throw Error("--model", "", file, "a shared object with a ContactMethodRegistration");
+  return name = names.back();
+}
+
+void choose_model(Scene& scene, const std::string& wanted) {
+  const std::string name = wanted.find('/') == std::string::npos ? wanted : load_model(wanted);
   // The scene already has this contact model, so the scene's parameters of the model are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");

@@ -77,6 +77,21 @@ std::string scene_of(const std::string& solid, const std::string& more) {
       solid, more);
 }
 
+TEST_F(ServoOn, AContactModelInASharedObjectReplacesThatOfTheScene) {
+  folder.write("scene.json", scene_of(R"({"sphere": {"radius_mm": 1}})", R"("tool": "round_012")"));
+  stroke({{0, 0, 0, 4.4}, {1, 0, 0, 4.4}}, 0);
+  const std::string servo =
+      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string());
+  const Ran ran = folder.run(servo + " --model " TYPODONT_BALL_MODEL);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const ServoTick tick = session::read_ticks_csv(folder / "t.csv").back();
+  // 4 mm and 0.6 mm are the radii of the model's ball and of the tool; the scene's sphere is far away.
+  EXPECT_NEAR(tick.depth, 0.2e-3, 1e-6);
+  const Ran wrong = folder.run(servo + " --model ./none.so");
+  EXPECT_NE(wrong.status, 0);
+  EXPECT_THAT(wrong.err, HasSubstr("none.so"));
+}
+
 using MeshSolid = ServoOn;
 
 TEST_F(MeshSolid, ACubeFromAFileIsFeltAsTheCubeItself) {

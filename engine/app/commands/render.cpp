@@ -245,11 +245,7 @@ void run(const Options& options) {
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
-  if (options.finished) {
-    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, start);
-    if (!done) throw Error(options.scene, "\"task\"", "no ideal", "an ideal, which --finished draws");
-    volume = std::move(*done);
-  }
+  if (options.finished) volume = finished_tissue(scene, start);
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, start);
   if (session) session->seek(options.at);
@@ -427,7 +423,8 @@ void add_render_command(cli::Command& app) {
   command->add_option("--ideal", options->ideal,
                       "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
-  command->add_flag("--finished", options->finished, "draw the tooth as the scene's task wants it in the end");
+  command->add_flag("--finished", options->finished,
+                    "draw the tooth as the scene's task wants it in the end; of an implant exercise the bed");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
   command->add_option("--quality", options->quality, "step of the quality ladder")

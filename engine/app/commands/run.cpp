@@ -146,6 +146,7 @@ void add_run_command(cli::Command& app) {
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_flag("--binaural", w.binaural,
                     "sound for headphones: two channels, from where the tool is relative to the head");
+  command->add_option("--trainee", w.trainee, "the trainee's name, for the recording");
   command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
   command->add_option("--stream", w.stream,
                       "stream the session to other programs: osc:[HOST:]PORT, ws:[HOST:]PORT; without a host, this "
@@ -166,7 +167,8 @@ void add_run_command(cli::Command& app) {
   command->add_option("--resume", options->resume,
                       "continue from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--model", options->model,
-                      "contact model instead of the scene's, " + haptics::known_contact_methods());
+                      "contact model instead of the scene's, " + haptics::known_contact_methods() +
+                          "; or ./FILE.so, a shared object with one");
   command->add_option("--seconds", w.seconds, "end after this number of seconds, at most a day")
       ->check(cli::more_than_zero(kLongestSession));
   command->add_flag("--no-real-time", w.no_real_time,

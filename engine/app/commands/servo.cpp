@@ -181,7 +181,8 @@ void add_servo_command(cli::Command& app) {
       ->check(cli::writes({FileKind::kTable, FileKind::kSession}));
   command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
   command->add_option("--model", options->model,
-                      "contact model instead of the scene's, " + haptics::known_contact_methods());
+                      "contact model instead of the scene's, " + haptics::known_contact_methods() +
+                          "; or ./FILE.so, a shared object with one");
   command->add_option("--stall-carver-ms", options->stall_ms, "stall the carver for this time once a second")
       ->check(cli::range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")

@@ -115,10 +115,12 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The exercise's own, or another.
+/// Hidden unless another than the exercise's own is chosen.
 void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
   ImGui::Spacing();
-  ImGui::TextUnformatted(s.text("op.model"));
+  if (s.model >= 0) ImGui::SetNextItemOpen(true);
+  if (!ImGui::CollapsingHeader(s.text("op.model"))) return;
+  dim_wrapped(s.text("op.model_note"));
   const auto title = [&](int i) {
     return i < 0 ? fmt::format("{} ({})", s.text("op.model_of_exercise"), scene.model)
                  : s.models[static_cast<std::size_t>(i)];

@@ -222,7 +222,13 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     }
     Scene whole = scene;
     whole.prepare.clear();
+    const std::vector<float> prepared = copy.field.distance;
     sample_volume(load_tissue(whole), copy);
+    const auto fills = std::ranges::find_if(haptics::tool_set(scene.servo),
+                                            [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
+    if (fills != haptics::tool_set(scene.servo).end())
+      for (std::size_t i = 0; i < prepared.size(); ++i)
+        if (prepared[i] > 0 && copy.field.distance[i] <= 0) copy.tissue[i] = fills->fill;
   } else if (ideal.has("mesh")) {
     ideal.allow_only({"mesh"});
     take_mesh(ideal["mesh"], scene.place, copy);
@@ -231,6 +237,26 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     reduce_for_crown(read_crown_reduction(ideal["crown"]), glm::normalize(scene.task->axis_W), copy);
   } else {
     take_solids(ideal, copy);
+  }
+  haptics::TissueVolume made = from_dense(copy, start.band());
+  made.set_natural_surface(start.natural_surface());
+  return made;
+}
+
+haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start) {
+  if (std::optional<haptics::TissueVolume> ideal = ideal_tissue(scene, start)) return std::move(*ideal);
+  DenseCopy copy = dense_copy(start);
+  if (scene.implant) {
+    const session::ImplantPlan& plan = scene.implant->plan;
+    // Longer than the implant, so that its upper end is open.
+    const session::ImplantCylinder bed{plan.apex_W(), plan.axis_W, 2 * plan.length, plan.bed_diameter / 2};
+    const glm::ivec3 n = copy.field.size;
+    for (int x = 0; x < n.x; ++x)
+      for (int y = 0; y < n.y; ++y)
+        for (int z = 0; z < n.z; ++z) {
+          float& d = copy.field.distance[copy.field.at(x, y, z)];
+          d = std::max(d, static_cast<float>(-bed.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
+        }
   }
   haptics::TissueVolume made = from_dense(copy, start.band());
   made.set_natural_surface(start.natural_surface());

@@ -17,6 +17,8 @@ namespace typodont {
 
 /// Empty without an ideal. `start`: of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
+/// The ideal; else the planned implant's bed; else `start`.
+haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
 /// Copies its arguments. One thread at a time.
 class TaskEvaluator {
