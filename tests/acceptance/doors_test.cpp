@@ -330,12 +330,12 @@ TEST_F(Doors, TheThreadLocalVariablesOfTheLibraryFitInTheReserveForLibrariesLoad
 
 /// Tests the package as `pip install` leaves it, with the library inside.
 TEST_F(Doors, ThePythonPackageFromItsWheelKeepsItsPromises) {
-  const test::Ran has =
-      sh(fmt::format("{} -c 'import setuptools, wheel, pip, cffi, numpy, pandas, distributed'", TYPODONT_PYTHON));
+  const test::Ran has = sh(fmt::format(
+      "{} -c 'import setuptools, wheel, pip, cffi, numpy, pandas, distributed, h5py, matplotlib'", TYPODONT_PYTHON));
   if (has.status != 0)
     GTEST_SKIP() << has.err
                  << "apt install python3-setuptools python3-wheel python3-pip python3-cffi python3-numpy "
-                    "python3-pandas python3-distributed";
+                    "python3-pandas python3-distributed python3-h5py python3-matplotlib";
   const std::string wheels = *folder_ / "wheels", env = *folder_ / "env", source = *folder_ / "source";
   const test::Ran made = sh(fmt::format(
       "cp -r engine/bindings/python {2} && env TYPODONT_PREFIX={0} {1} -m pip wheel --no-build-isolation --no-deps "

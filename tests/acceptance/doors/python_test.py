@@ -1,8 +1,11 @@
 """The package `typodont` as its users have it: installed from its wheel. python_test.py PROGRAM runs all; each class says
-what holds. It needs pandas and distributed, too."""
+what holds. It needs pandas, distributed, h5py and matplotlib, too."""
 
+import base64
+import contextlib
 import csv
 import inspect
+import io
 import json
 import os
 import signal
@@ -14,9 +17,12 @@ import time
 import unittest
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import typodont
+from matplotlib import pyplot
 
+matplotlib.use("Agg")
 PROGRAM = os.path.abspath(sys.argv[1])
 NOTEBOOKS = Path(__file__).resolve().parents[3] / "docs" / "notebooks"
 BALL = {
@@ -355,8 +361,22 @@ class Sweeps(InFolder):
         self.assertEqual([row["field_hash"] for row in table], [row["field_hash"] for row in here])
 
 
+def outputs_of(printed):
+    """What a notebook stores of a cell: its text, and the figures that it left open."""
+    outputs = [{"output_type": "stream", "name": "stdout", "text": printed.splitlines(True)}] if printed else []
+    for number in pyplot.get_fignums():
+        picture = io.BytesIO()
+        pyplot.figure(number).savefig(picture, format="png", dpi=80, bbox_inches="tight")
+        data = {"image/png": base64.b64encode(picture.getvalue()).decode()}
+        outputs.append({"output_type": "display_data", "data": data, "metadata": {}})
+    pyplot.close("all")
+    return outputs
+
+
 class Notebooks(InFolder):
-    def test_every_notebook_runs_from_its_first_cell_to_its_last(self):
+    """With TYPODONT_WRITE_NOTEBOOKS, the outputs are stored."""
+
+    def test_every_notebook_runs_from_its_first_cell_to_its_last_and_carries_what_its_cells_print_and_plot(self):
         notebooks = sorted(NOTEBOOKS.glob("*.ipynb"))
         self.assertEqual(len(notebooks), 5)
         was = os.getcwd()
@@ -365,9 +385,18 @@ class Notebooks(InFolder):
         for notebook in notebooks:
             with self.subTest(notebook.name):
                 space = {"__name__": "__main__"}
-                for i, cell in enumerate(json.loads(notebook.read_text())["cells"]):
-                    if cell["cell_type"] == "code":
+                document = json.loads(notebook.read_text())
+                for i, cell in enumerate(document["cells"]):
+                    if cell["cell_type"] != "code":
+                        continue
+                    with contextlib.redirect_stdout(io.StringIO()) as printed:
                         exec(compile("".join(cell["source"]), f"{notebook.name}, cell {i}", "exec"), space)
+                    outputs = outputs_of(printed.getvalue())
+                    if "TYPODONT_WRITE_NOTEBOOKS" in os.environ:
+                        cell["outputs"] = outputs
+                    self.assertEqual([o["output_type"] for o in cell["outputs"]], [o["output_type"] for o in outputs])
+                if "TYPODONT_WRITE_NOTEBOOKS" in os.environ:
+                    notebook.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":
