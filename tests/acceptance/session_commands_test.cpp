@@ -119,8 +119,8 @@ TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
     EXPECT_EQ(check["mend"].string() == "", state == "ok") << ids.back();
     EXPECT_EQ(check["without"].string() == "", state == "ok") << ids.back();
   }
-  EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "realtime", "locked_memory", "cpu", "hid", "audio", "openxr",
-                                          "display", "ffmpeg", "disk"}));
+  EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "drawing", "realtime", "locked_memory", "cpu", "hid", "audio",
+                                          "openxr", "display", "ffmpeg", "disk"}));
 }
 
 TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIsNamed) {
