@@ -157,6 +157,7 @@ Check vulkan() {
 /// best one that holds, in words; empty: none.
 std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, display::DisplayRig rig, double rate,
                        Nanos until) {
+  using namespace literals;
   rig.kind = display::DisplayKind::kOffscreen;
   rig = magnified_for(rig, tissue);
   World world(scene);
@@ -173,7 +174,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   stage.show(view.update(tissue), tissue.frame().origin);
   std::string best;
   ServoTick tick;
-  tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19_mm), tick.spindle = 36000;
+  tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19.0_mm), tick.spindle = 36000;
   for (auto level = first;; --level) {
     stage.set_quality(*level);
     constexpr int kFrames = 6, kWarm = 2;  // the first ones create pipelines
