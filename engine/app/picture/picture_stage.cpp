@@ -390,8 +390,8 @@ render::Frame PictureStage::look() const {
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // For every display rig, the lamp is over the user's left shoulder, 20° from the line of sight, so that it reaches the
-  // floor of a cavity. It is fixed relative to the screen and does not follow the head.
+  // For every display rig, the lamp is over the user's left shoulder, 20° from the line of sight, so that it reaches
+  // the floor of a cavity. It is fixed relative to the screen and does not follow the head.
   const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
   const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
