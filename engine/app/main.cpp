@@ -118,6 +118,7 @@ static int run_program(int argc, char** argv) {
   add_experiment_command(program);
   add_repair_command(program);
   add_rescore_command(program);
+  add_remark_command(program);
   add_sign_command(program);
   add_sound_command(program);
   add_calibrate_command(program);

@@ -479,6 +479,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   // Measures the walls of the cavity.
   if (area_of(walls) >= kLeastArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
+    std::vector<dvec3> thick_at;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
       // Shorter: samples on both sides of an edge.
@@ -495,6 +496,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
         const double d = after.sample(q);
         if (d >= 0) {
           thickness.emplace_back(std::max(0.0, s - (last < 0 ? 0.5 * d / (d - last) : 0.0)), f.area);
+          thick_at.push_back(f.p);
           break;
         }
         if (in.tissue[after.at(v.x, v.y, v.z)] == Tissue::kPulp) break;
@@ -504,7 +506,11 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     if (!leans.empty()) m.taper = 2 * trimmed_mean(leans, kTrimmed);
     m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
     if (!thickness.empty()) {
-      m.wall_thickness = lowest(thickness, std::min(kLeastArea / h2, 0.5 * area_of(walls) / h2)) * h;
+      const double thinnest = lowest(thickness, std::min(kLeastArea / h2, 0.5 * area_of(walls) / h2));
+      m.wall_thickness = thinnest * h;
+      const auto found =
+          std::find_if(thickness.begin(), thickness.end(), [&](const auto& t) { return t.first == thinnest; });
+      m.thinnest_W = in.frame.to_world(thick_at[static_cast<std::size_t>(found - thickness.begin())]);
     }
   }
 
@@ -529,7 +535,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     for (const Facet& f : fresh) {
       const std::size_t i = known.to_pulp[f.inside];
       const dvec3 center(static_cast<double>(i / nyz), static_cast<double>(i % nyz / nz), static_cast<double>(i % nz));
-      nearest = std::min(nearest, std::max(0.0, glm::length(f.p - center) - 0.5));
+      const double distance = std::max(0.0, glm::length(f.p - center) - 0.5);
+      if (distance < nearest) nearest = distance, m.nearest_pulp_W = in.frame.to_world(f.p);
     }
     m.pulp_distance = nearest * h;
   }

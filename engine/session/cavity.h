@@ -50,12 +50,14 @@ struct CavityMeasures {
   std::optional<double> wall_depth;
   // m, least hard tissue behind the walls, without the rim
   std::optional<double> wall_thickness;
-  std::optional<double> isthmus;  // m, least width across the longer axis, at half depth
+  std::optional<dvec3> thinnest_W;  // m, where
+  std::optional<double> isthmus;    // m, least width across the longer axis, at half depth
   // m, root mean square from the margin smoothed over 0.25 mm
   std::optional<double> margin_roughness;
   // m, least from the new surface, up to kPulpReach
   std::optional<double> pulp_distance;
-  std::optional<double> pulp_exposed;  // m²; empty without pulp
+  std::optional<dvec3> nearest_pulp_W;  // m, on the new surface
+  std::optional<double> pulp_exposed;   // m²; empty without pulp
   struct Cup {
     dvec3 center_W{0};  // m, W, of the sphere fitted to a reamed socket
     double radius = 0;  // m, of that sphere

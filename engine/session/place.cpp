@@ -19,6 +19,8 @@ constexpr double kLevel = 0.7;
 // of Work::half_width from the middle: "central"
 constexpr double kCentral = 0.25;
 
+constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;  // m
+
 /// All tissue that was or should have been removed or added.
 struct Work {
   dvec3 middle_W{0};         // m, W, of the volume
@@ -58,6 +60,24 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
+/// Just below the old surface, beside tissue that the ideal removes.
+bool at_margin(const Preparation& in, const dvec3& p_W) {
+  const dvec3 p = in.frame.to_voxels(p_W);
+  if (in.ideal.distance.empty() || in.ideal.sample(p) > -0.5 ||
+      std::abs(in.before.sample(p)) * in.frame.voxel > kMarginDepth)
+    return false;
+  const auto reach = static_cast<int>(std::ceil(kMarginWidth / in.frame.voxel));
+  const glm::ivec3 v(glm::round(p)), lo = glm::max(v - reach, glm::ivec3(0)),
+                                     hi = glm::min(v + reach, in.before.size - 1);
+  for (int x = lo.x; x <= hi.x; ++x)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int z = lo.z; z <= hi.z; ++z) {
+        const std::size_t i = in.before.at(x, y, z);
+        if (in.before.distance[i] < -1 && in.ideal.distance[i] > 0) return true;
+      }
+  return false;
+}
+
 /// Counter-clockwise from mesial by 45°; buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
@@ -95,6 +115,10 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
   // 0 at the cervical end, 1 at the occlusal
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
+  if (at_margin(in, p_W)) {
+    name.part = "margin";
+    return name;
+  }
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
   const bool level = glm::length(out) > 0 && glm::dot(out, in.axis_W) > kLevel * glm::length(out);
   if (level) {

@@ -23,7 +23,7 @@ std::optional<ToothSides> tooth_sides(const Json& scene);
 
 /// Keys of the catalogue after "place.", in every language the same.
 struct PlaceName {
-  std::string_view part;  // floor, wall (cavity); occlusal, axial, shoulder (crown, filling)
+  std::string_view part;  // floor, wall (cavity); occlusal, axial, shoulder (crown, filling); margin, cut too far
   std::string_view side;  // from the middle: mesial, …; or "central"
   // Of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface.
   std::string_view third;

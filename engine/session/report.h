@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "engine/session/cavity.h"
+#include "engine/session/defect.h"
+#include "engine/session/remarks.h"
 #include "engine/session/result_model.h"
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
@@ -44,6 +46,8 @@ struct ReportOptions {
   // result: the final surface with its deviation from the ideal (target shape); ideal: the surface of the ideal
   std::optional<ResultModel> result, ideal;
   std::optional<Preparation> preparation;  // geometry from which sections are drawn
+  std::vector<Remark> remarks;
+  std::vector<Defect> defects;    // with the strokes that made them
   bool encloses_nothing = false;  // true if the tissue is an open surface, so that only the removed tissue has a volume
   std::vector<SessionSummary> earlier;  // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;

@@ -577,6 +577,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
+    if (input.cavity && rule.name == "wall_thickness_mm") item.place_W = input.cavity->thinnest_W;
+    if (input.cavity && rule.name == "pulp_distance_mm") item.place_W = input.cavity->nearest_pulp_W;
     // Hyperbola: worse always costs more.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;

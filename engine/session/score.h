@@ -68,7 +68,15 @@ struct DamageMeasures {
   bool neighbours = false, gum = false;  // the scene has such
   // m³ that the bur passed through
   double neighbour_volume = 0, gum_volume = 0;
-  double first = -1;  // s, first touch; negative: none
+  /// Without a pause.
+  struct Touch {
+    bool gum = false;
+    std::uint64_t first = 0, last = 0, worst = 0;  // ticks; worst: most new volume
+    std::uint32_t tool = 0;
+    double volume = 0;  // m³
+    dvec3 p_W{0};       // m, in the head at the worst tick
+  };
+  std::vector<Touch> touches;
 };
 
 /// Temperatures of the pulp's and the bone's hottest and coldest places, °C.

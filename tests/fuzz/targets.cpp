@@ -28,6 +28,7 @@
 #include "engine/render/handpiece_mesh.h"
 #include "engine/render/picture.h"
 #include "engine/session/packing_file.h"
+#include "engine/session/remarks.h"
 #include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
 #include "haptics/devices/arm.h"
@@ -214,6 +215,9 @@ void handpiece(Bytes bytes) {
 void motor(Bytes bytes) {
   attempt([&] { (void)haptics::read_spindle(Json::parse(text_of(bytes), "fuzz")); });
 }
+void remarks(Bytes bytes) {
+  attempt([&] { (void)session::remarks_from(Json::parse(text_of(bytes), "fuzz")); });
+}
 void arm_preset(Bytes bytes) {
   attempt([&] { (void)haptics::read_arm(as_file(bytes, "arm.json")); });
 }
@@ -298,6 +302,7 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"device_reports", device_reports},
                                    {"hid_descriptor", hid_descriptor},
                                    {"tool", tool},
+                                   {"remarks", remarks},
                                    {"handpiece", handpiece},
                                    {"motor", motor},
                                    {"arm_preset", arm_preset},

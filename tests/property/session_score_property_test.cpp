@@ -223,7 +223,7 @@ TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
         in.cavity.emplace();
         in.cavity->has_ideal = true;
         in.cavity->wanted = in.cavity->done = 1e-9;
-        in.damage = DamageMeasures{true, true, 0, 0, -1};
+        in.damage = DamageMeasures{true, true, 0, 0, {}};
         if (m.name == std::string_view("pulp_heating_K")) in.heat.emplace().pulp = true;
         if (is_implants(m.name)) {
           in.implant.emplace();

@@ -18,7 +18,7 @@ EVERYBODY = {"anna", "ben", "carl", "teacherA", "teacherB", "root"}
 ALLOWED = {"home": EVERYBODY, "password": EVERYBODY, "sign_out": EVERYBODY, "classes": {"teacherA", "teacherB", "root"},
            "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "statements": STAFF_A,
            "add_case": STAFF_A, "case_files": EVERYBODY,
-           "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "recording": OWN, "remark": STAFF_A,
+           "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "recording": OWN, "remarks": OWN, "remark": STAFF_A,
            "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"},
            "add_class": {"root"}, "add_students": {"root"}, "roster": {"root"}}
 # Pages without an account: each has its own test of what guards it.
@@ -46,7 +46,7 @@ class Roles(TestCase):
             return [999 if absent else a.exercise.pk]
         if name in ("student", "export", "delete"):
             return [999 if absent else a.anna.pk]
-        return ["f" * 64 if absent else self.session.pk] if name in ("session", "surface", "report", "recording", "remark") else []
+        return ["f" * 64 if absent else self.session.pk] if name in ("session", "surface", "report", "recording", "remarks", "remark") else []
 
     def ask(self, who, name, absent=False, **options):
         client = Client(**options)
@@ -118,7 +118,7 @@ class Roles(TestCase):
             self.assertEqual(answer["Location"], "/")
 
     def test_an_export_holds_everything_and_a_deletion_leaves_nothing(self):
-        Remark.objects.create(session=self.session, author=self.room.teacher_A, text="good walls")
+        Remark.objects.create(session=self.session, author=self.room.teacher_A, text="good walls", at_s=1.5)
         packed = zipfile.ZipFile(io.BytesIO(b"".join(self.ask("anna", "export").streaming_content)))
         about = json.loads(packed.read("student.json"))
         self.assertEqual(about["sessions"][0]["remarks"][0]["text"], "good walls")
@@ -137,6 +137,25 @@ class Roles(TestCase):
             self.assertFalse([f for f in intake.settings.DATA.rglob("*") if self.session.pk in f.name])
         finally:
             intake.recording_of(self.session.pk).write_bytes(data)  # the other tests' row comes back with the database
+
+    def test_a_teacher_changes_a_remark_and_moves_or_removes_it(self):
+        client = Client()
+        client.login(username="teacherA", password=PASSWORD)
+        address = reverse("remark", args=[self.session.pk])
+        self.assertEqual(client.post(address, {"text": "too deep", "at_s": "-1"}).status_code, 400)
+        client.post(address, {"text": "too deep", "at_s": "0.4"})
+        one = Remark.objects.get()
+        client.post(address, {"text": "too deep here", "at_s": "0.5", "number": one.pk})
+        file = json.loads(client.get(reverse("remarks", args=[self.session.pk])).content)
+        self.assertEqual([(r["author"], r["text"], r["at_s"]) for r in file["remarks"]], [("teacherA", "too deep here", 0.5)])
+        client.post(address, {"text": "", "number": one.pk})
+        self.assertFalse(Remark.objects.exists())
+
+    def test_a_session_names_the_strokes_of_its_defects(self):
+        defects = self.session.defects
+        self.assertIn("under_cut_depth_mm", [d["name"] for d in defects])
+        for stroke in (s for d in defects for s in d["strokes"]):
+            self.assertTrue(0 < stroke["at_s"] < self.session.seconds)
 
     def test_a_teacher_hands_out_an_exercise(self):
         client = Client()

@@ -438,6 +438,7 @@ TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
     return fmt::format("{} {} {}", name.part, name.side, name.third);
   };
   EXPECT_EQ(wall(0, 1e-3, 0.2e-3), "wall mesial occlusal");
+  EXPECT_EQ(wall(0, 1.2e-3, 0.2e-3), "margin mesial ");  // cut too far
   EXPECT_EQ(wall(0, -1e-3, 0.75e-3), "wall distal middle");
   EXPECT_EQ(wall(-1e-3, 0, 1.2e-3), "wall buccal cervical");
   EXPECT_EQ(wall(1e-3, 0, 0.75e-3), "wall lingual middle");

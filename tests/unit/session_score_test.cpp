@@ -322,7 +322,7 @@ TEST(ScoreRules, AnIdealThatLeavesCariesAndOpensThePulpScoresFullByTheDefaults) 
 
 TEST(ScoreRules, AMissingTargetIsNeverTakenFromTheScoredSessionItself) {
   ScoreInput in = carious();
-  in.damage = DamageMeasures{true, true, 5e-9, 3e-9, 1};
+  in.damage = DamageMeasures{true, true, 5e-9, 3e-9, {}};
   in.hand.force_max = 9;
   const std::string block =
       R"({"rules": [{"name": "force_max_N", "tolerance": 1, "weight": 5}, {"name": "neighbour_removed_mm3", "tolerance": 1, "weight": 5},

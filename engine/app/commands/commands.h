@@ -25,6 +25,7 @@ void add_case_command(cli::Command& program);
 void add_volume_command(cli::Command& program);
 void add_render_command(cli::Command& program);
 void add_replay_command(cli::Command& program);
+void add_remark_command(cli::Command& program);
 void add_report_command(cli::Command& program);
 void add_rig_command(cli::Command& program);
 void add_run_command(cli::Command& program);

@@ -100,6 +100,35 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
   to["temperature_C"] = m.hottest;
 }
 
+nlohmann::json mm_of(const dvec3& p_W) {
+  return {p_W.x * 1e3, p_W.y * 1e3, p_W.z * 1e3};
+}
+
+nlohmann::json json_of(const session::PlaceName& place) {
+  return {{"part", place.part}, {"side", place.side}, {"third", place.third}};
+}
+
+nlohmann::json json_of(const session::Defect& defect, const session::SessionReader& reader,
+                       const session::ReportOptions& report, const std::optional<session::ToothSides>& tooth) {
+  nlohmann::json json = {
+      {"name", defect.item},        {"amount", defect.amount}, {"unit", session::unit_of(defect.item)},
+      {"at_mm", mm_of(defect.p_W)}, {"left", defect.left},     {"strokes", nlohmann::json::array()}};
+  if (tooth && report.preparation && defect.on_tooth)
+    json["at"] = json_of(place_name(*report.preparation, *tooth, defect.p_W));
+  const auto& tools = reader.header().tools;
+  for (const session::DefectStroke& stroke : defect.strokes) {
+    json["strokes"].push_back({{"from_s", stroke.from},
+                               {"to_s", stroke.to},
+                               {"worst_s", stroke.at.t},
+                               {"amount", stroke.amount},
+                               {"tool", stroke.tool < tools.size() ? tools[stroke.tool] : ""},
+                               {"head_mm", mm_of(stroke.at.X_WG.p)},
+                               {"axis", mm_of(stroke.at.X_WG.R * dvec3(0, 0, 1e-3))},
+                               {"force_N", stroke.at.force}});
+  }
+  return json;
+}
+
 void run(const Options& options) {
   using namespace session;
   std::error_code code;
@@ -120,6 +149,7 @@ void run(const Options& options) {
   ReportOptions report = report_of(reader);
   progress->at(0.7);
   report.language = language;
+  report.remarks = read_remarks(options.session);
   report.more_pictures = std::move(pictures);
   using State = Verification::State;
   if (options.verify && report.verification.state == State::kNotChecked) report.verification = verify(reader);
@@ -154,12 +184,9 @@ void run(const Options& options) {
                        {"full", item.full},
                        {"source", item.source}});
       if (item.place_W) {
-        const dvec3 mm = *item.place_W * 1e3;
-        items.back()["worst_at_mm"] = {mm.x, mm.y, mm.z};
-        if (tooth && report.preparation) {
-          const PlaceName place = place_name(*report.preparation, *tooth, *item.place_W);
-          items.back()["worst_at"] = {{"part", place.part}, {"side", place.side}, {"third", place.third}};
-        }
+        items.back()["worst_at_mm"] = mm_of(*item.place_W);
+        if (tooth && report.preparation)
+          items.back()["worst_at"] = json_of(place_name(*report.preparation, *tooth, *item.place_W));
       }
     }
     nlohmann::json result = {{"report", options.out},
@@ -172,7 +199,9 @@ void run(const Options& options) {
                              {"pass_mark", report.score->pass.points},
                              {"pass_source", report.score->pass.source},
                              {"passed", report.score->counts() && report.score->passed()},
-                             {"items", items}};
+                             {"items", items},
+                             {"defects", nlohmann::json::array()}};
+    for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt) {
       for (int t = 1; t < kTissueCount; ++t) {

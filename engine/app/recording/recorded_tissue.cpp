@@ -53,7 +53,7 @@ void RecordedTissue::go_on(Nanos t) {
       }
       carver.apply(cut);
     } else if (deed.redo ? carver.redo() : carver.undo()) {
-      done_.push_back({deed.redo ? Done::Kind::kRedo : Done::Kind::kUndo, next_, 0, false});
+      done_.push_back({deed.redo ? Done::Kind::kRedo : Done::Kind::kUndo, next_, carver.strokes().done, false});
     }
   }
 }
@@ -75,6 +75,36 @@ void RecordedTissue::go_back(Nanos t) {
       carver.undo();
     }
   }
+}
+
+std::vector<const Cut*> RecordedTissue::cuts() const {
+  // Strokes in the tissue and undone ones: indices in done_. A stroke that changed nothing is in neither count.
+  std::vector<std::size_t> kept, undone;
+  std::size_t earlier = 0;  // strokes before this session
+  for (std::size_t i = 0; i < done_.size(); ++i) {
+    const Done& done = done_[i];
+    const std::size_t count = done.kind == Done::Kind::kUndo ? done.strokes + 1 : done.strokes - 1;  // before
+    if (kept.empty()) earlier = count;
+    while (kept.size() + earlier > count && !kept.empty()) kept.pop_back();
+    if (done.kind == Done::Kind::kStroke) {
+      kept.push_back(i);
+      undone.clear();
+    } else if (done.kind == Done::Kind::kUndo) {
+      if (kept.empty()) continue;
+      undone.push_back(kept.back());
+      kept.pop_back();
+    } else if (!undone.empty()) {
+      kept.push_back(undone.back());
+      undone.pop_back();
+    }
+  }
+  std::vector<const Cut*> cuts;
+  for (const std::size_t i : kept) {
+    const std::size_t end = i + 1 < done_.size() ? done_[i + 1].first : next_;
+    for (std::size_t deed = done_[i].first; deed < end; ++deed)
+      if (deeds_[deed].cut) cuts.push_back(deeds_[deed].cut);
+  }
+  return cuts;
 }
 
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,

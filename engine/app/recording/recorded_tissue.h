@@ -22,6 +22,8 @@ class RecordedTissue {
   void seek(Nanos t);
   haptics::Carver& carver() { return *carver_; }
   const haptics::Carver& carver() const { return *carver_; }
+  /// Those in the present tissue, in order: without undone strokes.
+  std::vector<const Cut*> cuts() const;
   /// Number of times that seek() has begun again with the initial tissue.
   int restarts() const { return restarts_; }
 
@@ -36,7 +38,7 @@ class RecordedTissue {
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
-    std::size_t strokes;  // number of the carver's strokes after the change; only for kStroke
+    std::size_t strokes;  // number of the carver's strokes after the change
     bool forgets;         // true: the change discarded undone strokes, so the carver cannot revert it
   };
   void restart();

@@ -7,6 +7,7 @@
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
+#include "engine/app/task/find_defects.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -103,6 +104,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
     // thickened to a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
+    report.defects = find_defects(session, judged);
     report.preparation = std::move(judged.preparation);
     report.score = std::move(judged.score);
     report.input = std::move(judged.input);

@@ -10,8 +10,10 @@ namespace typodont {
 namespace {
 
 constexpr double kCell = 0.1e-3;  // m, cells that measure the volume
+constexpr double kVolume = kCell * kCell * kCell;
 // m of the head's motion between evaluations
 constexpr double kMoved = 0.01e-3;
+constexpr double kPause = 0.75;  // s between two touches
 // m, depth without damage
 constexpr double kSlack = 0.01e-3;
 
@@ -43,7 +45,8 @@ void DamageMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
-  const std::size_t before = neighbour_.size() + gum_.size();
+  const std::size_t before[2] = {neighbour_.size(), gum_.size()};
+  dvec3 place_W[2];
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(tick.X_WG.R));
   const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kCell)),
       hi(glm::floor((tick.X_WG.p + head.reach) / kCell));
@@ -53,21 +56,34 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kCell;
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
-          neighbour_.insert(cell_of(p_W));
+          if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
           // The gum overlaps the tooth; points inside the tooth damage no gum.
         } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
-          gum_.insert(cell_of(p_W));
+          if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
         }
       }
     }
   }
-  if (first_ < 0 && neighbour_.size() + gum_.size() > before) first_ = to_seconds(tick.t);
+  for (const bool gum : {false, true}) {
+    const std::size_t cells = (gum ? gum_ : neighbour_).size() - before[gum];
+    if (cells == 0) continue;
+    const double volume = static_cast<double>(cells) * kVolume;
+    if (open_[gum] == 0 || to_seconds(tick.t - touched_[gum]) > kPause || touches_[open_[gum] - 1].tool != tick.tool) {
+      touches_.push_back({gum, tick.index, 0, 0, tick.tool, 0, {}});
+      open_[gum] = touches_.size();
+      most_[gum] = 0;
+    }
+    touched_[gum] = tick.t;
+    session::DamageMeasures::Touch& touch = touches_[open_[gum] - 1];
+    touch.last = tick.index;
+    touch.volume += volume;
+    if (volume > most_[gum]) most_[gum] = volume, touch.worst = tick.index, touch.p_W = place_W[gum];
+  }
 }
 
 session::DamageMeasures DamageMeter::result() const {
-  constexpr double kVolume = kCell * kCell * kCell;
   return {shape_.has_neighbours(), shape_.has_gum(), static_cast<double>(neighbour_.size()) * kVolume,
-          static_cast<double>(gum_.size()) * kVolume, first_};
+          static_cast<double>(gum_.size()) * kVolume, touches_};
 }
 
 std::optional<DamageMeter> damage_meter(const Scene& scene) {

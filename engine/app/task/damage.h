@@ -36,7 +36,10 @@ class DamageMeter {
   std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells that the bur has entered
   std::optional<Pose> last_;                           // of the head, at the last evaluation
   std::uint32_t last_tool_ = 0;
-  double first_ = -1;
+  std::vector<session::DamageMeasures::Touch> touches_;
+  Nanos touched_[2] = {};     // ns, last touch of neighbour and gum
+  std::size_t open_[2] = {};  // index in touches_ plus 1
+  double most_[2] = {};       // m³, of one tick of the open touch
 };
 
 struct Scene;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/app/assets.h"
 #include "engine/app/recording/recorded_tissue.h"
@@ -390,7 +391,11 @@ class Water {
 
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene) {
   haptics::TissueVolume start = load_untouched(scene);
-  haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
+  RecordedTissue recorded(session, scene, load_tissue(scene));
+  recorded.seek(std::numeric_limits<Nanos>::max());
+  std::vector<const Cut*> cuts = recorded.cuts();
+  recorded.carver().end_stroke();
+  haptics::TissueVolume after = recorded.carver().take_tissue();
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
   input.before = start.volumes();  // those in the file could be wrong
@@ -424,7 +429,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   std::optional<haptics::TissueVolume> ideal;
   if (judge.ideal()) ideal = copy_of(*judge.ideal());
   return {std::move(scene),       std::move(start), std::move(after), std::move(ideal),
-          std::move(preparation), std::move(input), std::move(score)};
+          std::move(preparation), std::move(input), std::move(score), std::move(cuts)};
 }
 
 }  // namespace typodont

@@ -69,6 +69,8 @@ struct EvaluatedSession {
   std::optional<session::Preparation> preparation;  // the compared tissues; empty for an exploration task
   session::ScoreInput input;
   session::Score score;
+  // Of the session, in order, whose strokes were not undone; while the session lives.
+  std::vector<const Cut*> cuts;
 };
 /// Throws Error if the tissue is missing or has changed.
 EvaluatedSession evaluate_session(const session::SessionReader& session);

@@ -157,6 +157,7 @@ def judge(session):
         if session.exercise and score["full"] > 0:
             session.points = 100 * score["points"] / score["full"]
             session.passed, session.completion = score["passed"], score["completion"]
+        session.defects = [defect_of(defect) for defect in score["defects"]]
         page.replace(derived(session.sha256, "en.html"))
     return score, exam
 
@@ -210,11 +211,21 @@ def process(session):
             lti.queue_grade(session)
 
 
+def place_keys(place):
+    return " ".join(f"{key}.{place[key]}" for key in ("part", "side", "third") if place.get(key))
+
+
+def defect_of(defect):
+    """What a session's page shows of a defect."""
+    strokes = [{"at_s": float(s["worst_s"]), "tool": str(s["tool"])[:60], "force_N": float(s["force_N"])} for s in defect["strokes"]]
+    return {"name": str(defect["name"])[:60], "amount": float(defect["amount"]), "unit": str(defect["unit"])[:20], "left": bool(defect["left"]),
+            "place": place_keys(defect.get("at") or {}), "strokes": strokes}
+
+
 def item_of(session, item):
-    place = item.get("worst_at") or {}
     return ScoreItem(session=session, name=item["name"][:60], value=item.get("value"), unit=item.get("unit", "")[:20],
                      target=item.get("target"), points=item["points"], full=item["full"],
-                     place=" ".join(f"{key}.{place[key]}" for key in ("part", "side", "third") if place.get(key))[:60])
+                     place=place_keys(item.get("worst_at") or {})[:60])
 
 
 def process_waiting():

@@ -80,6 +80,7 @@ class Session(models.Model):
     truncated = models.BooleanField(default=False)
     field_hash = models.CharField(max_length=16, blank=True)
     force_hash = models.CharField(max_length=16, blank=True, db_index=True)
+    defects = models.JSONField(default=list)  # with their strokes, of `typodont report`
 
     class Meta:
         indexes = [models.Index(fields=["student", "exercise", "attempt"]), models.Index(fields=["student", "received"]),
@@ -102,6 +103,12 @@ class Remark(models.Model):
     author = models.ForeignKey(User, models.SET_NULL, null=True)
     written = models.DateTimeField(default=timezone.now)
     text = models.TextField(max_length=4000)
+    at_s = models.FloatField(null=True)  # moment of the recording
+
+    def row(self):
+        """The remark in the form of SESSION.h5.remarks.json."""
+        moment = {} if self.at_s is None else {"at_s": self.at_s}
+        return {"author": self.author.username if self.author else "", "written": self.written.isoformat(), "text": self.text, **moment}
 
 
 class ExamStart(models.Model):

@@ -32,6 +32,7 @@ urlpatterns = [
     path("session/<sha:key>/surface.glb", views.surface, name="surface"),
     path("session/<sha:key>/report.html", views.report, name="report"),
     path("session/<sha:key>/recording.h5", views.recording, name="recording"),
+    path("session/<sha:key>/remarks.json", views.remarks, name="remarks"),
     path("session/<sha:key>/remark", views.remark, name="remark"),
     path("administration", views.administration, name="administration"),
     path("administration/bench", views.add_bench, name="add_bench"),

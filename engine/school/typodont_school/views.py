@@ -339,11 +339,33 @@ def recording(request, key):
 
 @page(*STAFF, methods="POST")
 def remark(request, key):
+    """Adds a remark, or changes the one of this number. Without a text, it is removed."""
     one = get(request.user, Session, key)
     text = request.POST.get("text", "").strip()[:4000]
-    if text:
-        Remark.objects.create(session=one, author=request.user, text=text)
+    try:
+        at_s = float(request.POST["at_s"]) if request.POST.get("at_s") else None
+        if at_s is not None and not 0 <= at_s <= 86400:
+            raise ValueError
+        number = int(request.POST.get("number", "0"))
+    except ValueError:
+        return HttpResponse(status=400)
+    old = one.remarks.filter(pk=number)
+    if not text:
+        old.delete()
+    elif number:
+        old.update(text=text, at_s=at_s, author=request.user, written=timezone.now())
+    else:
+        Remark.objects.create(session=one, author=request.user, text=text, at_s=at_s)
     return redirect("session", one.pk)
+
+
+@page(*ALL)
+def remarks(request, key):
+    """For the file beside a recording that the program's report reads."""
+    one = get(request.user, Session, key)
+    answer = JsonResponse({"remarks": [r.row() for r in one.remarks.order_by("written").select_related("author")]})
+    answer["Content-Disposition"] = f'attachment; filename="{one.sha256[:12]}.h5.remarks.json"'
+    return answer
 
 
 @page(*ALL)
@@ -353,7 +375,7 @@ def export(request, key):
     rows = [{"sha256": s.sha256, "received": s.received.isoformat(), "bench": s.bench.name, "bench_date": s.bench_date, "state": s.state, "reason": s.reason,
              "exercise": s.exercise and s.exercise.name, "attempt": s.attempt, "points": s.points, "passed": s.passed, "seconds": s.seconds,
              "items": list(s.items.values("name", "value", "unit", "target", "points", "full", "place")),
-             "remarks": [{"written": r.written.isoformat(), "text": r.text} for r in s.remarks.all()]}
+             "defects": s.defects, "remarks": [r.row() for r in s.remarks.all()]}
             for s in one.session_set.select_related("exercise", "bench").prefetch_related("items", "remarks")]
     about = {"pseudonym": one.pseudonym, "identifier": one.source_id, "user": one.user and one.user.username,
              "classes": [c.name for c in one.classes.all()], "sessions": rows}

@@ -45,6 +45,8 @@ std::string Page::html() {
   warnings();
   summary();
   task();
+  defects();
+  remarks();
   result_views();
   pictures();
   items();
@@ -111,6 +113,8 @@ void Page::head() {
   const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
   link("result", "result");
   if (task_) link("task", "task");
+  if (!options_.defects.empty()) link("strokes", "strokes");
+  if (!options_.remarks.empty()) link("remarks", "remarks");
   if (options_.result) link("form", "form");
   if (!all_pictures().empty()) link("pictures", "pictures");
   link("items", "items");

@@ -1,4 +1,5 @@
-// One session's report, in the page's order. Result: result_parts.cpp; course: course_parts.cpp; the rest: page.cpp.
+// One session's report, in the page's order. Result: result_parts.cpp; strokes: defect_parts.cpp; course:
+// course_parts.cpp; the rest: page.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -58,6 +59,12 @@ class Page : private Words {
   Views views() const;
   /// "From the buccal side" with a known orientation, otherwise "From the front". `name`: above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
+  /// Where on the tooth, or its coordinates.
+  std::string place_words(const dvec3& p_W) const;
+  void defects();
+  void remarks();
+  /// Of the defects, in the integers of the rotatable model.
+  std::string stroke_data(const dvec3& middle_W, double step) const;
   void result_views();
   void worst_places();
   void color_bar();

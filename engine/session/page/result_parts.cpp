@@ -92,11 +92,7 @@ void Page::worst_places() {
   const CavityMeasures& c = *input_.cavity;
   const auto say_place = [&](const char* key, const Place& place) {
     if (!(place.depth > 0)) return;
-    const std::string where = tooth_ && options_.preparation
-                                  ? place_text(place_name(*options_.preparation, *tooth_, place.p_W), language)
-                                  : say("place.coordinates", number(place.p_W.x * 1e3, 1), number(place.p_W.y * 1e3, 1),
-                                        number(place.p_W.z * 1e3, 1));
-    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), where));
+    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), place_words(place.p_W)));
   };
   say_place("worst_over", c.over);
   say_place("worst_under", c.under);
@@ -194,10 +190,10 @@ std::string Page::model_data(const Views& at) const {
   return fmt::format(
       "{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":"
       "{{"
-      "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
+      "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"defects\":{},\"meshes\":[{}]}}",
       has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","),
       fmt::join(difference, ","), view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W),
-      fmt::join(meshes, ","));
+      stroke_data(dvec3(middle), static_cast<double>(step)), fmt::join(meshes, ","));
 }
 
 void Page::sections(const Views& at) {

@@ -129,7 +129,69 @@ function draw() {
     }
   }
   pen.putImageData(image, 0, 0);
+  draw_strokes(scale);
   root.dataset.drawn = mode;
+}
+// The places of defects, and the chosen stroke at its time `played` (s).
+let chosen = null, played = 0, spots = [];
+function flat(p, scale) {  // pixels
+  const q = [p[0] - data.focus[0], p[1] - data.focus[1], p[2] - data.focus[2]];
+  return [wide / 2 + scale * dot(q, right), high / 2 - scale * dot(q, up)];
+}
+function line(a, b, width, color) {
+  pen.strokeStyle = color; pen.lineWidth = width; pen.beginPath(); pen.moveTo(...a); pen.lineTo(...b); pen.stroke();
+}
+function draw_strokes(scale) {
+  const em = wide / 50, ink = '#1f5fbf', hot = '#b3261e';
+  if (chosen) {
+    const {stroke} = chosen, path = stroke.path.length ? stroke.path : [stroke.at];
+    let k = 0;
+    while (k + 1 < path.length && path[k + 1][0] <= played) ++k;
+    for (let i = 1; i <= k; ++i) line(flat(path[i-1].slice(1), scale), flat(path[i].slice(1), scale), 2, ink);
+    const now = path[k], p = now.slice(1, 4), along = length => flat(p.map((v, i) => v + length * now[4 + i]), scale);
+    pen.globalAlpha = 0.55;
+    line(along(stroke.half), along(stroke.half + 0.006 / data.step), 0.0016 / data.step * scale, '#777');
+    line(along(-Math.max(stroke.half, 1)), along(stroke.half), 2 * stroke.radius * scale, '#999');
+    pen.globalAlpha = 1;
+    pen.font = em + 'px sans-serif'; pen.textAlign = 'left'; pen.fillStyle = '#888';
+    pen.fillText(now[0].toFixed(2) + ' s   ' + now[7].toFixed(2) + ' N', em / 2, 1.4 * em);
+  }
+  pen.textAlign = 'center'; pen.textBaseline = 'middle'; pen.font = 'bold ' + 0.8 * em + 'px sans-serif';
+  spots = data.defects.map((d, i) => {
+    const at = flat(d.place, scale);
+    pen.beginPath(); pen.arc(at[0], at[1], 0.7 * em, 0, 7);
+    pen.fillStyle = chosen && chosen.defect === i ? hot : ink; pen.globalAlpha = 0.85; pen.fill(); pen.globalAlpha = 1;
+    pen.fillStyle = '#fff'; pen.fillText(i + 1, ...at);
+    return at;
+  });
+  pen.textBaseline = 'alphabetic';
+}
+function play(defect, number) {
+  const stroke = data.defects[defect].strokes[number];
+  if (!stroke) return;
+  const mine = chosen = {defect, stroke};
+  const still = matchMedia('(prefers-reduced-motion: reduce)').matches || stroke.path.length < 2;
+  played = still ? stroke.at[0] : stroke.path[0][0];
+  const end = still ? played : stroke.path[stroke.path.length - 1][0];
+  let before = null;
+  function step(now) {
+    if (chosen !== mine) return;
+    if (before !== null) played = Math.min(end, played + (now - before) / 1000);
+    before = now;
+    draw();
+    if (played < end) requestAnimationFrame(step);
+    else { played = stroke.at[0]; redraw(); }
+  }
+  root.dataset.stroke = defect + '.' + number;
+  requestAnimationFrame(step);
+}
+for (const b of document.querySelectorAll('[data-stroke]')) {
+  if (b === root) continue;
+  b.hidden = false;
+  b.addEventListener('click', () => {
+    root.scrollIntoView({block: 'nearest'});
+    play(...b.dataset.stroke.split('.').map(Number));
+  });
 }
 let asked = false;
 function redraw() { if (asked) return; asked = true; requestAnimationFrame(() => { asked = false; draw(); }); }
@@ -159,6 +221,11 @@ canvas.addEventListener('pointermove', e => {
   turn((e.clientX - held[0]) * -0.01, (e.clientY - held[1]) * 0.01); held = [e.clientX, e.clientY]; redraw();
 });
 canvas.addEventListener('pointerup', () => { held = null; });
+canvas.addEventListener('click', e => {
+  const k = wide / canvas.clientWidth, x = e.offsetX * k, y = e.offsetY * k;
+  const hit = spots.findIndex(at => Math.hypot(at[0] - x, at[1] - y) < wide / 50);
+  if (hit >= 0) play(hit, 0);
+});
 canvas.addEventListener('wheel', e => { e.preventDefault(); zoom *= Math.exp(-0.0015 * e.deltaY); redraw(); }, {passive: false});
 addEventListener('resize', redraw);
 root.hidden = false;

@@ -1,0 +1,441 @@
+#include "engine/app/task/find_defects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+#include <tuple>
+
+#include "engine/base/units.h"
+#include "haptics/tool.h"
+
+namespace typodont {
+
+namespace {
+
+using session::Defect;
+using session::DefectStroke;
+using session::Preparation;
+
+constexpr double kPause = 0.75;          // s between two strokes
+constexpr double kMinDepth = 0.15e-3;    // m off the ideal
+constexpr double kMinVolume = 0.005e-9;  // m³ of pulp or protected tissue
+constexpr double kMinFraction = 0.1;     // of a volume, by one stroke
+constexpr double kClosest = 1e-3;        // m from a place that no stroke reached
+constexpr double kMaxLoss = 1.0 / 3;     // of an item's points, below which its place is no defect
+constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
+constexpr double kBefore = 1.0, kAfter = 0.5;  // s of the path before and after a stroke
+constexpr std::size_t kPathMoments = 60;
+
+enum class Kind : std::uint8_t { kNone, kOver, kUnder, kPulp, kProtected, kCaries };
+constexpr const char* kItems[] = {
+    "", "over_cut_depth_mm", "under_cut_depth_mm", "pulp_removed_mm3", "protected_removed_mm3", "residual_caries_mm3"};
+
+/// Heads at the recorded cuts.
+class Cutters {
+ public:
+  Cutters(std::span<const Cut* const> cuts, std::span<const haptics::Tool> tools) : cuts_(cuts), tools_(tools) {
+    for (const haptics::Tool& tool : tools) fields_.emplace_back(tool, 1);
+  }
+  std::span<const Cut* const> cuts() const { return cuts_; }
+  const haptics::Tool& tool(std::uint32_t tool) const { return tools_[std::min<std::size_t>(tool, tools_.size() - 1)]; }
+  double reach(const Cut& cut) const { return cut.fill_radius > 0 ? cut.fill_radius : tool(cut.tool).reach(); }
+  /// m from the head, or from the filled ball, on its way from A (0) to B (1).
+  double distance(const Cut& cut, double s, const dvec3& p_W) const {
+    if (cut.fill_radius > 0) return glm::length(p_W - cut.X_WA.p) - cut.fill_radius;
+    const Pose& X_WT = s < 1 ? cut.X_WA : cut.X_WB;
+    const dvec3 from = glm::mix(cut.X_WA.p, cut.X_WB.p, s);
+    return fields_[std::min<std::size_t>(cut.tool, fields_.size() - 1)].distance(glm::transpose(glm::dmat3(X_WT.R)) *
+                                                                                 (p_W - from));
+  }
+  /// Null if none came within kClosest.
+  const Cut* closest(const dvec3& p_W) const {
+    const Cut* best = nullptr;
+    double nearest = kClosest;
+    for (const Cut* cut : cuts_) {
+      if (glm::length(p_W - cut->X_WB.p) - reach(*cut) >= nearest) continue;
+      if (const double d = distance(*cut, 1, p_W); d < nearest) nearest = d, best = cut;
+    }
+    return best;
+  }
+
+ private:
+  std::span<const Cut* const> cuts_;
+  std::span<const haptics::Tool> tools_;
+  std::vector<haptics::HeadField> fields_;
+};
+
+/// The cut that last removed or filled each voxel of interest.
+class Makers {
+ public:
+  explicit Makers(const Preparation& in) : in_(in), size_((in.before.size + kBlock - 1) / kBlock) {
+    blocks_.resize(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
+                   static_cast<std::size_t>(size_.z));
+  }
+  void want(const glm::ivec3& v) {
+    const std::size_t i = in_.before.at(v.x, v.y, v.z);
+    const auto [it, fresh] = index_.try_emplace(i, points_.size());
+    if (!fresh) return;
+    blocks_[block(v / kBlock)].push_back(points_.size());
+    points_.push_back({in_.frame.to_world(dvec3(v)), in_.before.distance[i] < 0, nullptr});
+  }
+  void replay(const Cutters& cutters) {
+    for (const Cut* cut : cutters.cuts()) apply(cutters, *cut);
+  }
+  const Cut* of(std::size_t voxel) const {
+    const auto it = index_.find(voxel);
+    return it == index_.end() ? nullptr : points_[it->second].by;
+  }
+
+ private:
+  static constexpr int kBlock = 8;
+  struct Point {
+    dvec3 p_W;
+    bool solid;
+    const Cut* by;
+  };
+  std::size_t block(const glm::ivec3& b) const {
+    return (static_cast<std::size_t>(b.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(b.y)) *
+               static_cast<std::size_t>(size_.z) +
+           static_cast<std::size_t>(b.z);
+  }
+  void apply(const Cutters& cutters, const Cut& cut) {
+    const double h = in_.frame.voxel, reach = cutters.reach(cut);
+    const bool fills = cut.fill_radius > 0;
+    const dvec3 a = in_.frame.to_voxels(cut.X_WA.p), b = fills ? a : in_.frame.to_voxels(cut.X_WB.p);
+    const glm::ivec3 lo =
+        glm::max(glm::ivec3(glm::floor((glm::min(a, b) - reach / h) / double(kBlock))), glm::ivec3(0));
+    const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor((glm::max(a, b) + reach / h) / double(kBlock))), size_ - 1);
+    const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / 0.5)));
+    for (int x = lo.x; x <= hi.x; ++x)
+      for (int y = lo.y; y <= hi.y; ++y)
+        for (int z = lo.z; z <= hi.z; ++z)
+          for (const std::size_t i : blocks_[block({x, y, z})]) {
+            Point& point = points_[i];
+            if (point.solid == fills) continue;
+            bool inside = false;
+            for (int k = 0; k <= steps && !inside; ++k)
+              inside = cutters.distance(cut, static_cast<double>(k) / steps, point.p_W) <= 0;
+            if (inside) point.solid = fills, point.by = &cut;
+          }
+  }
+
+  const Preparation& in_;
+  glm::ivec3 size_;                               // blocks
+  std::vector<std::vector<std::size_t>> blocks_;  // points in each
+  std::vector<Point> points_;
+  std::map<std::size_t, std::size_t> index_;  // by voxel
+};
+
+/// Connected voxels of one kind.
+struct Region {
+  Kind kind = Kind::kNone;
+  std::vector<std::size_t> voxels;
+  std::size_t deepest = 0;  // voxel
+  double depth = 0;         // m off the ideal
+};
+
+/// Where and how far the result is off.
+class Deviations {
+ public:
+  Deviations(const Preparation& in, double max_over, double max_under) : in_(in), limit_{0, max_over, max_under} {
+    const bool compares = !in.ideal.distance.empty();
+    const std::size_t count = in.after.distance.size();
+    kind_.resize(count, Kind::kNone);
+    depth_.resize(count);
+    session::TrueDistances ideal;
+    if (compares) ideal = session::TrueDistances(in.ideal);
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool was = in.before.distance[i] < 0, is = in.after.distance[i] < 0;
+      const bool should = compares ? in.ideal.distance[i] < 0 : was && in.tissue[i] != Tissue::kCaries;
+      if (is == should) continue;
+      if (compares) depth_[i] = std::abs(ideal[i]) * static_cast<float>(in.frame.voxel);
+      if (should) {
+        if (was && !in.keep.empty() && in.keep[i])
+          kind_[i] = Kind::kProtected;
+        else if (was && in.tissue[i] == Tissue::kPulp)
+          kind_[i] = Kind::kPulp;
+        else if (compares && depth_[i] > 0.5 * max_over)
+          kind_[i] = Kind::kOver;
+      } else if (!compares) {
+        kind_[i] = Kind::kCaries;
+      } else if (depth_[i] > 0.5 * max_under) {
+        kind_[i] = Kind::kUnder;
+      }
+    }
+  }
+  double depth(std::size_t voxel) const { return depth_[voxel]; }
+  double limit(Kind kind) const { return kind == Kind::kOver || kind == Kind::kUnder ? limit_[int(kind)] : 0; }
+  double volume(std::size_t voxels) const { return static_cast<double>(voxels) * std::pow(in_.frame.voxel, 3); }
+  glm::ivec3 at(std::size_t i) const {
+    const auto z = static_cast<std::size_t>(in_.after.size.z), y = static_cast<std::size_t>(in_.after.size.y);
+    return {static_cast<int>(i / (y * z)), static_cast<int>(i / z % y), static_cast<int>(i % z)};
+  }
+  dvec3 place(std::size_t voxel) const { return in_.frame.to_world(dvec3(at(voxel))); }
+
+  std::vector<Region> regions() {
+    std::vector<Region> found;
+    std::vector<std::size_t> stack;
+    for (std::size_t first = 0; first < kind_.size(); ++first) {
+      if (kind_[first] == Kind::kNone) continue;
+      Region region{kind_[first], {}, first, depth_[first]};
+      kind_[first] = Kind::kNone;
+      for (stack.assign(1, first); !stack.empty();) {
+        const std::size_t i = stack.back();
+        stack.pop_back();
+        region.voxels.push_back(i);
+        if (depth_[i] > region.depth) region.depth = depth_[i], region.deepest = i;
+        each_neighbour(at(i), [&](std::size_t j) {
+          if (kind_[j] != region.kind) return;
+          kind_[j] = Kind::kNone;
+          stack.push_back(j);
+        });
+      }
+      const bool counts =
+          limit(region.kind) > 0 ? region.depth > limit(region.kind) : volume(region.voxels.size()) > kMinVolume;
+      if (counts) found.push_back(std::move(region));
+    }
+    return found;
+  }
+  /// 26 neighbours in the box.
+  template <class Visit>
+  void each_neighbour(const glm::ivec3& v, const Visit& visit) const {
+    const glm::ivec3 lo = glm::max(v - 1, glm::ivec3(0)), hi = glm::min(v + 1, in_.after.size - 1);
+    for (int x = lo.x; x <= hi.x; ++x)
+      for (int y = lo.y; y <= hi.y; ++y)
+        for (int z = lo.z; z <= hi.z; ++z) visit(in_.after.at(x, y, z));
+  }
+
+ private:
+  const Preparation& in_;
+  double limit_[3];  // m, of kOver and kUnder
+  std::vector<Kind> kind_;
+  std::vector<float> depth_;  // m
+};
+
+const session::ScoreItem* item_of(const session::Score& score, std::string_view name) {
+  const auto it = std::ranges::find(score.items, name, &session::ScoreItem::name);
+  return it == score.items.end() ? nullptr : &*it;
+}
+
+DefectStroke stroke_of(const Cut& cut) {
+  DefectStroke stroke;
+  stroke.first = stroke.last = stroke.worst = cut.tick;
+  stroke.tool = cut.tool;
+  return stroke;
+}
+
+/// Runs of the cuts that made a region's voxels. The amount of a stroke is its largest depth, m, or its volume, m³.
+std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& deviations, const Makers& makers,
+                                     const Cutters& cutters) {
+  std::map<const Cut*, std::vector<std::size_t>,
+           decltype([](const Cut* a, const Cut* b) { return a->index < b->index; })>
+      by_cut;
+  std::vector<std::size_t> others;
+  for (const std::size_t voxel : region.voxels) {
+    const Cut* cut = makers.of(voxel);
+    cut ? by_cut[cut].push_back(voxel) : others.push_back(voxel);
+  }
+  if (by_cut.empty()) others.assign(1, region.deepest);  // what no stroke touched
+  // A loose piece, or tissue that no stroke reached: the cut that came closest.
+  if (!others.empty()) {
+    const auto deepest = *std::ranges::max_element(others, {}, [&](std::size_t i) { return deviations.depth(i); });
+    if (const Cut* cut = cutters.closest(deviations.place(deepest)))
+      by_cut[cut].insert(by_cut[cut].end(), others.begin(), others.end());
+  }
+  const bool by_depth = deviations.limit(region.kind) > 0;
+  std::vector<DefectStroke> strokes;
+  const Cut* before = nullptr;
+  double worst = 0;
+  for (const auto& [cut, voxels] : by_cut) {
+    if (!before || cut->tool != before->tool || to_seconds(cut->t - before->t) > kPause) {
+      strokes.push_back(stroke_of(*cut));
+      worst = 0;
+    }
+    before = cut;
+    DefectStroke& stroke = strokes.back();
+    stroke.last = cut->tick;
+    double share = deviations.volume(voxels.size());
+    if (by_depth) {
+      share = 0;
+      for (const std::size_t voxel : voxels) share = std::max(share, deviations.depth(voxel));
+    }
+    if (share > worst) worst = share, stroke.worst = cut->tick;
+    stroke.amount = by_depth ? std::max(stroke.amount, share) : stroke.amount + share;
+  }
+  const double least =
+      by_depth ? deviations.limit(region.kind) : kMinFraction * deviations.volume(region.voxels.size());
+  std::erase_if(strokes, [&](const DefectStroke& stroke) { return stroke.amount < least; });
+  return strokes;
+}
+
+/// The stroke that made the surface at a place which costs an item's points.
+std::optional<Defect> at_surface(const session::ScoreItem& item, const Preparation& in, const Deviations& deviations,
+                                 const Makers& makers) {
+  const dvec3 p = glm::clamp(glm::round(in.frame.to_voxels(*item.place_W)), dvec3(0), dvec3(in.after.size - 1));
+  const Cut* last = nullptr;
+  deviations.each_neighbour(glm::ivec3(p), [&](std::size_t i) {
+    const Cut* cut = makers.of(i);
+    if (cut && (!last || cut->index > last->index)) last = cut;
+  });
+  if (!last) return std::nullopt;
+  Defect defect{item.name, item.value, *item.place_W};
+  defect.strokes.push_back(stroke_of(*last));
+  defect.strokes.back().amount = item.value;
+  return defect;
+}
+
+std::vector<Defect> of_tissue(const EvaluatedSession& judged, const Cutters& cutters) {
+  if (!judged.preparation) return {};
+  const Preparation& in = *judged.preparation;
+  const auto limit = [&](const char* name) {
+    const session::ScoreItem* item = item_of(judged.score, name);
+    return std::max(item ? item->target * kMillimetre : 0, kMinDepth);
+  };
+  Deviations deviations(in, limit(kItems[int(Kind::kOver)]), limit(kItems[int(Kind::kUnder)]));
+  const std::vector<Region> regions = deviations.regions();
+  std::vector<const session::ScoreItem*> places;
+  for (const char* name : {"wall_thickness_mm", "pulp_distance_mm"}) {
+    const session::ScoreItem* item = item_of(judged.score, name);
+    if (item && item->place_W && item->value > 0 && item->points < (1 - kMaxLoss) * item->full) places.push_back(item);
+  }
+  Makers makers(in);
+  for (const Region& region : regions)
+    for (const std::size_t voxel : region.voxels) makers.want(deviations.at(voxel));
+  for (const session::ScoreItem* item : places)
+    deviations.each_neighbour(glm::ivec3(glm::round(in.frame.to_voxels(*item->place_W))), [&](std::size_t i) {
+      if (in.before.distance[i] < 0 && in.after.distance[i] >= 0) makers.want(deviations.at(i));
+    });
+  makers.replay(cutters);
+
+  std::vector<Defect> defects;
+  for (const Region& region : regions) {
+    const bool by_depth = deviations.limit(region.kind) > 0;
+    const double unit = by_depth ? kMillimetre : kCubicMillimetre;
+    Defect defect{kItems[int(region.kind)], (by_depth ? region.depth : deviations.volume(region.voxels.size())) / unit,
+                  deviations.place(region.deepest)};
+    defect.left = std::ranges::none_of(region.voxels, [&](std::size_t i) { return makers.of(i); });
+    defect.strokes = strokes_of(region, deviations, makers, cutters);
+    for (DefectStroke& stroke : defect.strokes) stroke.amount /= unit;
+    defects.push_back(std::move(defect));
+  }
+  for (const session::ScoreItem* item : places)
+    if (auto defect = at_surface(*item, in, deviations, makers)) defects.push_back(std::move(*defect));
+  return defects;
+}
+
+std::vector<Defect> of_damage(const session::DamageMeasures& damage) {
+  std::vector<Defect> defects;
+  for (const session::DamageMeasures::Touch& touch : damage.touches) {
+    Defect defect{touch.gum ? "gingiva_removed_mm3" : "neighbour_removed_mm3", touch.volume / kCubicMillimetre,
+                  touch.p_W, false};
+    DefectStroke stroke;
+    stroke.first = touch.first, stroke.last = touch.last, stroke.worst = touch.worst;
+    stroke.tool = touch.tool;
+    stroke.amount = defect.amount;
+    defect.strokes.push_back(stroke);
+    defects.push_back(std::move(defect));
+  }
+  return defects;
+}
+
+/// Times above the force that costs no points.
+class ForceMeter {
+ public:
+  explicit ForceMeter(const session::ScoreItem* item) : max_(item && item->full > 0 ? item->target : 1e300) {}
+  void add(const ServoTick& tick) {
+    if ((tick.faults & bits(Fault::kHeld)) || !(tick.depth > 0 || tick.contact_area > 0)) return;
+    const double force = glm::length(tick.f_T_W);
+    if (!(force > max_)) return;
+    if (defects_.empty() || to_seconds(tick.t - last_) > kPause) {
+      defects_.push_back({"force_max_N", 0, tick.X_WG.p, false, false, {DefectStroke()}});
+      defects_.back().strokes[0].first = tick.index;
+    }
+    last_ = tick.t;
+    Defect& defect = defects_.back();
+    DefectStroke& stroke = defect.strokes[0];
+    stroke.last = tick.index;
+    if (force <= defect.amount) return;
+    defect.amount = stroke.amount = force;
+    defect.p_W = tick.X_WG.p;
+    stroke.worst = tick.index;
+    stroke.tool = tick.tool;
+  }
+  std::vector<Defect> take() { return std::move(defects_); }
+
+ private:
+  double max_;  // N
+  Nanos last_ = 0;
+  std::vector<Defect> defects_;
+};
+
+template <class Use>
+void each_tick(const session::SessionReader& session, const Use& use) {
+  constexpr std::uint64_t kPiece = 8192;
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kPiece)
+    for (const ServoTick& tick : session.ticks(first, kPiece)) use(tick);
+}
+
+/// Fills what comes from the ticks.
+void add_moments(const session::SessionReader& session, std::span<const haptics::Tool> tools,
+                 std::vector<Defect>& defects) {
+  const double rate = session.header().servo_rate;
+  std::vector<DefectStroke*> strokes;
+  for (Defect& defect : defects)
+    for (DefectStroke& stroke : defect.strokes) strokes.push_back(&stroke);
+  std::ranges::sort(strokes, {}, &DefectStroke::first);
+  const auto margin = static_cast<std::uint64_t>(kBefore * rate), after = static_cast<std::uint64_t>(kAfter * rate);
+  std::size_t begin = 0;
+  each_tick(session, [&](const ServoTick& tick) {
+    for (std::size_t k = begin; k < strokes.size(); ++k) {
+      DefectStroke& stroke = *strokes[k];
+      if (tick.index + margin < stroke.first) break;
+      if (tick.index > stroke.last + after) {
+        if (k == begin) ++begin;
+        continue;
+      }
+      const session::HeadMoment moment{to_seconds(tick.t), tick.X_WG, glm::length(tick.f_T_W)};
+      if (tick.index == stroke.first) stroke.from = moment.t;
+      if (tick.index == stroke.last) stroke.to = moment.t;
+      if (tick.index == stroke.worst) stroke.at = moment;
+      const std::uint64_t every = (stroke.last - stroke.first + margin + after) / kPathMoments + 1;
+      if (tick.index % every == 0) stroke.path.push_back(moment);
+    }
+  });
+  for (DefectStroke* stroke : strokes) {
+    const haptics::Tool& tool = tools[std::min<std::size_t>(stroke->tool, tools.size() - 1)];
+    stroke->head_radius = tool.radius(), stroke->head_half = tool.half();
+  }
+}
+
+}  // namespace
+
+std::vector<session::Defect> find_defects(const session::SessionReader& session, const EvaluatedSession& judged) {
+  const std::span<const haptics::Tool> tools = haptics::tool_set(judged.scene.servo);
+  const Cutters cutters(judged.cuts, tools);
+  std::vector<Defect> defects = of_tissue(judged, cutters);
+  if (judged.input.damage) std::ranges::move(of_damage(*judged.input.damage), std::back_inserter(defects));
+  ForceMeter force(item_of(judged.score, "force_max_N"));
+  each_tick(session, [&](const ServoTick& tick) { force.add(tick); });
+  std::ranges::move(force.take(), std::back_inserter(defects));
+
+  // The largest of each item first, and all that remain in order of time.
+  std::map<std::string, double> largest;
+  for (const Defect& defect : defects) largest[defect.item] = std::max(largest[defect.item], defect.amount);
+  std::ranges::stable_sort(defects, std::greater(),
+                           [&](const Defect& defect) { return defect.amount / largest[defect.item]; });
+  if (defects.size() > kMaxDefects) defects.resize(kMaxDefects);
+  for (Defect& defect : defects) {
+    if (defect.strokes.size() <= kMaxStrokes) continue;
+    std::ranges::sort(defect.strokes, std::greater(), &DefectStroke::amount);
+    defect.strokes.resize(kMaxStrokes);
+    std::ranges::sort(defect.strokes, {}, &DefectStroke::first);
+  }
+  add_moments(session, tools, defects);
+  std::ranges::stable_sort(defects, {}, [](const Defect& defect) {
+    return defect.strokes.empty() ? UINT64_MAX : defect.strokes.front().first;
+  });
+  return defects;
+}
+
+}  // namespace typodont

@@ -1,0 +1,40 @@
+// Places where a result misses its goal, and the strokes that made them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/base/pose.h"
+
+namespace typodont::session {
+
+/// The head during a stroke, for pictures.
+struct HeadMoment {
+  double t = 0;  // s
+  Pose X_WG;
+  double force = 0;  // N
+};
+
+/// Cuts, touches or high forces without a pause. Times are those of the recording.
+struct DefectStroke {
+  std::uint64_t first = 0, last = 0, worst = 0;  // ticks
+  std::uint32_t tool = 0;
+  double amount = 0;                      // in the unit of the defect's item
+  double head_radius = 0, head_half = 0;  // m
+  // From the ticks:
+  double from = 0, to = 0;       // s
+  HeadMoment at;                 // at the worst tick
+  std::vector<HeadMoment> path;  // from a second before to half a second after
+};
+
+struct Defect {
+  std::string item;                   // ScoreItem::name
+  double amount = 0;                  // in unit_of(item)
+  dvec3 p_W{0};                       // m, of the largest deviation
+  bool on_tooth = true;               // false: on a neighbouring tooth or the gum, or a force
+  bool left = false;                  // no stroke made it; the stroke came closest
+  std::vector<DefectStroke> strokes;  // in order of time
+};
+
+}  // namespace typodont::session

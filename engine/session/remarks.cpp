@@ -1,0 +1,59 @@
+#include "engine/session/remarks.h"
+
+#include <nlohmann/json.hpp>
+
+#include "engine/base/error.h"
+#include "engine/base/partial_file.h"
+
+namespace typodont::session {
+
+namespace fs = std::filesystem;
+
+namespace {
+constexpr std::size_t kMaxText = 4000;  // bytes
+constexpr double kLongest = 86'400;     // s
+}  // namespace
+
+fs::path remarks_beside(const fs::path& recording) {
+  fs::path file = recording;
+  file += ".remarks.json";
+  return file;
+}
+
+std::vector<Remark> remarks_from(const Json& json) {
+  json.allow_only({"remarks"});
+  std::vector<Remark> remarks;
+  for (const Json& one : json["remarks"].items()) {
+    one.allow_only({"author", "written", "text", "at_s"});
+    Remark remark{one.string_or("author", ""), one.string_or("written", ""), one["text"].string(), {}};
+    if (remark.text.empty() || remark.text.size() > kMaxText) one["text"].fail("1 to 4000 bytes");
+    if (one.has("at_s")) remark.at = one["at_s"].number(0, kLongest);
+    remarks.push_back(std::move(remark));
+  }
+  return remarks;
+}
+
+std::vector<Remark> read_remarks(const fs::path& recording) {
+  const fs::path file = remarks_beside(recording);
+  std::error_code code;
+  return fs::exists(file, code) ? remarks_from(Json::load(file)) : std::vector<Remark>();
+}
+
+void write_remarks(const fs::path& recording, const std::vector<Remark>& remarks) {
+  const fs::path file = remarks_beside(recording);
+  if (remarks.empty()) {
+    std::error_code code;
+    if (fs::remove(file, code); code) throw Error(file.string(), "", code.message(), "a file that can be removed");
+    return;
+  }
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Remark& remark : remarks) {
+    list.push_back({{"author", remark.author}, {"written", remark.written}, {"text", remark.text}});
+    if (remark.at) list.back()["at_s"] = *remark.at;
+  }
+  const nlohmann::ordered_json json = {{"remarks", list}};
+  write_file_atomically(file, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                        FileKind::kJson, Over::kItsInput);
+}
+
+}  // namespace typodont::session
