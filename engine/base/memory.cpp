@@ -5,7 +5,8 @@
 namespace typodont {
 
 bool memory_left(std::size_t bytes) noexcept {
-  void* const room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  // PROT_NONE: after mlockall(), other mappings get all their pages at once.
+  void* const room = ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   return room != MAP_FAILED && ::munmap(room, bytes) == 0;
 }
 

@@ -45,7 +45,7 @@ TEST_F(Views, InnerTissueIsVisibleOnlyInTheXray) {
   frame.view = render::View::kXray;
   stage.draw(frame);
   const glm::ivec3 xray = middle();
-  EXPECT_GT(xray.r - xray.g, 40);
+  EXPECT_GT(xray.r - xray.g, 30);
 }
 
 TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
