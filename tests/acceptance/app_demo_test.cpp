@@ -25,16 +25,14 @@ double brightness(const render::Picture& picture) {
   return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
 }
 
-/// Returns the number of pixels with the lesion's brown in the middle of the picture, where the lesion is. The red
-/// value of dentin is at most 1.66 times its green value, except at the bottom of a cavity. Light that arrives there
-/// was reflected several times by walls of dentin, and has lost nearly all of its blue. So dentin looks dark yellow
-/// there.
+/// Number of pixels with the lesion's brown in the middle of the picture, where the lesion is. The dentin of the cavity
+/// is brighter, or yellower: its red is less than 1.25 times its green.
 int brown(const render::Picture& picture) {
   int count = 0;
   for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {
     for (int x = picture.size.x * 3 / 8; x < picture.size.x * 5 / 8; ++x) {
       const std::uint8_t* p = picture.at(x, y);
-      count += p[0] > 20 && p[0] < 140 && p[0] > 1.7 * p[1] && p[1] > 1.3 * p[2] && p[2] > 0.28 * p[1];
+      count += p[0] > 20 && p[0] < 140 && p[0] > 1.25 * p[1] && p[1] > 1.05 * p[2];
     }
   }
   return count;
