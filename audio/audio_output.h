@@ -1,4 +1,4 @@
-// Sound outputs by address: "portaudio:[DEVICE]", "wav:FILE", "none:".
+// Outputs for sound, by address: "portaudio:[DEVICE]", "wav:FILE", "none:".
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,22 @@
 
 namespace typodont::audio {
 
-/// Audio thread; `render` never blocks or allocates. It reads the ticks, then fills `samples` (interleaved if stereo).
-/// `t_first` lies a buffer and a margin in the past, so all its ticks have arrived.
+/// Source of the samples. The audio thread calls `render`, which fills `samples` (interleaved if stereo) and never
+/// blocks or allocates. `t_first`: time of the first sample, so far in the past that all its ticks have arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
-  /// The device came back with another rate. Thread of advance(), not during `render`. May allocate.
+  /// Called if the device returns with another sampling rate, by the thread of advance() and never during `render`. May
+  /// allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
 struct AudioOptions {
-  double sample_rate = 0;  // Hz; 0: the device's own, 48000 for files
+  double sample_rate = 0;  // Hz; 0: the device's own rate, 48000 for files
   int channels = 1;        // number of channels of the source, 1 or 2
-  // samples per channel and callback, also the latency asked of the device
+  // Samples per channel and callback; also the latency that is requested from the device.
   int buffer = 256;
-  std::uint64_t end_after = 0;  // a device's stream ends after as many samples; 0: never
+  std::uint64_t end_after = 0;  // samples after which a device's stream ends; 0: never
 };
 
 struct AudioStats {
@@ -35,9 +36,9 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  /// s, from tick to output, without the device
+  /// Latency from tick to output, without the device, s.
   double latency = 0;
-  double device_latency = 0;  // s, as the device reports; 0 for files
+  double device_latency = 0;  // s, as the device reports it; 0 for files
 };
 
 /// Owned and called by the application thread.
@@ -45,22 +46,23 @@ class AudioOutput {
  public:
   virtual ~AudioOutput() = default;
 
-  /// Throws Error for an unknown address, RunFailure if the device refuses.
+  /// Opens an output. Throws Error for an unknown address, RunFailure if the device can't be opened.
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// First sample at tick time `t_start` (files) or now (devices).
+  /// Starts the output. Its first sample is at the tick time `t_start` (file), or is played now (device).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
-  /// Files render up to `t`; devices are checked, and opened again. Ten times a second or more.
+  /// Call at least ten times per second. A file is rendered up to time `t`; a device is checked, and opened again if it
+  /// was lost.
   virtual void advance(Nanos t) = 0;
-  /// A file gets its name only now. Throws Error.
+  /// Ends the output. A file gets its final name only now. Throws Error.
   virtual void stop() = 0;
   virtual AudioStats stats() const = 0;
-  /// For example "portaudio:HDA Intel (48000 Hz, 256 samples)".
+  /// Description for messages, for example "portaudio:HDA Intel (48000 Hz, 256 samples)".
   virtual std::string description() const = 0;
 };
 
-/// Address "portaudio:NAME". None without PortAudio.
+/// A device for the address "portaudio:NAME". There is none if the program was built without PortAudio.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

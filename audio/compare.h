@@ -13,33 +13,33 @@ struct SoundMeasure {
   double centroid = 0;        // Hz, spectral centroid up to Comparison::up_to: a measure of brightness
   double rotor = 0;           // Hz, estimated frequency of the rotor; 0: none found
   std::vector<double> tones;  // Hz, frequencies of the strongest lines, at most five
-  // σ / mean amplitude: 0 for a steady tone, 0.52 for narrow-band noise
+  // For each tone: standard deviation / mean of its amplitude; 0 for a steady tone, 0.52 for narrow-band noise.
   std::vector<double> tone_variation;
-  // the same for CompareOptions::lines
+  // Standard deviation / mean of the amplitude at each of CompareOptions::lines.
   std::vector<double> line_variation;
 };
 
 struct Comparison {
   SoundMeasure a, b;
-  double distance_dB = 0;  // dB, with the difference in level
-  // dB, without the mean difference
+  double distance_dB = 0;  // dB, log-spectral distance, including the difference in level
+  // Log-spectral distance without the mean difference in level, dB.
   double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
-  /// strongest tone of b / that of a; 0: none
+  /// Frequency of the strongest tone of b / that of a; 0: none.
   double tone_ratio = 0;
   double up_to = 0;  // Hz, the distances compare the spectra up to this frequency
 };
 
 struct CompareOptions {
-  double up_to = 16000;  // Hz, at least 200
-  // remove speed changes first, measured on a steady line
+  double up_to = 16000;  // Hz, highest compared frequency, at least 200
+  // First removes changes of the speed, which are measured on a steady line.
   bool constant_speed = false;
-  // Hz, further lines whose variation is measured
+  // Frequencies of further lines whose variation is measured, Hz.
   std::vector<double> lines;
 };
 
-/// Means of channels, silence included, up to the highest common frequency. Throws Error.
+/// Compares the means of all channels, including silence, up to the highest common frequency. Throws Error.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b,
                           const CompareOptions& options = {});
 

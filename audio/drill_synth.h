@@ -1,4 +1,5 @@
-// The drill's sound from the servo's ticks. Equal models, rate, seed and states give equal bits for any buffer size.
+// Synthesizes the sound of the drill from the servo's ticks. Equal models, rate, seed and states give equal bits, for
+// any buffer size.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +12,9 @@
 
 namespace typodont::audio {
 
-/// The part of a tick that is heard. SI.
+/// The part of a tick that affects the sound, in SI units.
 struct SoundState {
-  Nanos t = 0;              // ns, takes effect at the nearest sample
+  Nanos t = 0;              // ns; the state takes effect at the nearest sample
   double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
   double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
@@ -23,16 +24,16 @@ struct SoundState {
   bool cutting_tool = true;  // false for hand instruments, which only knock and scrape
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
   double suction = 0;        // strength of the suction's sound, 0..1
-  double spray = 0;          // 0..1 of the largest flow
+  double spray = 0;          // flow of the spray as a fraction of its maximum
 };
 
 struct SynthOptions {
-  double hold = 0;  // s without a state until contact ends and the drill runs down; 0: never
-  /// reduce models to sufficient_order()
+  double hold = 0;  // s without a new state, after which contact ends and the drill runs down; 0: never
+  /// Uses models of lower order (sufficient_order()).
   bool lower_order = false;
 };
 
-/// One thread at a time. Only the constructor allocates.
+/// Used by one thread. Only the constructor allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
@@ -40,19 +41,20 @@ class DrillSynth {
   DrillSynth(DrillSynth&&) noexcept;
   DrillSynth& operator=(DrillSynth&&) noexcept;
 
-  /// In order of time. Late states act at once and are counted; beyond kPending, the newest is dropped and counted.
+  /// Adds a state; states must be in order of time. A late state acts at once and is counted. If kPending states wait
+  /// already, the new one is dropped and counted.
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
-  /// The first call starts at 0.
+  /// Renders the next samples; the first call starts at 0.
   void render(std::span<float> mono) noexcept;
-  /// `t_first`: ticks' clock (see AudioOutput).
+  /// Renders samples from the time `t_first` on the clock of the ticks (see AudioOutput).
   void render(std::span<float> mono, Nanos t_first) noexcept;
 
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Filters of the last sample: 0 silent, 1 idle, 2 at work.
+  /// Number of filters that computed the last sample: 0 silent, 1 idle, 2 cutting.
   int active_filters() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Reads all formats of libsndfile; writes WAV completely or not at all.
+// Reads all sound formats of libsndfile. Writes WAV files, completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,16 @@ struct Recording {
   std::vector<std::vector<double>> channels;  // samples of each channel; full scale is 1
   double rate = 0;                            // Hz, sampling rate
   std::size_t length() const { return channels.empty() ? 0 : channels.front().size(); }
-  /// -1: mean of all channels.
+  /// Returns one channel; -1: the mean of all channels.
   std::vector<double> mono(int channel = -1) const;
 };
 
-/// Throws Error if missing, no sound, empty, or above 30 minutes.
+/// Reads a sound file. Throws Error if it is missing, no sound, empty, or longer than 30 minutes.
 Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
 
-/// Under a temporary name until finish().
+/// The file has a temporary name until finish().
 class WavWriter {
  public:
   WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16,
@@ -30,7 +30,7 @@ class WavWriter {
   ~WavWriter();
   WavWriter(const WavWriter&) = delete;
   WavWriter& operator=(const WavWriter&) = delete;
-  /// Interleaved. Throws Error if the disk is full.
+  /// Writes interleaved samples. Throws Error if the disk is full.
   void write(std::span<const float> samples);
   void finish();
 

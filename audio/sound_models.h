@@ -1,4 +1,4 @@
-// A drill's models: idle, work in each tissue, dependence on the speed.
+// Models of a drill's sound: when idle, when cutting each tissue, and depending on the speed.
 #pragma once
 
 #include <array>
@@ -12,42 +12,42 @@
 
 namespace typodont::audio {
 
-/// For drills without a recording of the tone.
+/// A tone of the rotor, for drills without a recording of it.
 struct RotorTone {
-  double multiple = 1;   // of the rotor's turns per second
-  double amplitude = 0;  // at free speed, ∝ speed; full scale 1
+  double multiple = 1;   // frequency relative to the rotor's turns per second
+  double amplitude = 0;  // amplitude at free speed, where full scale is 1; proportional to the speed
 };
 
-/// Measured at one contact, against idling at free speed.
+/// Level of the sound measured at one contact, relative to idling at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
-  double force = 0;         // N
+  double force = 0;         // N, force at which the sound was recorded
   double contact_area = 0;  // m², contact area at which the sound was recorded
   double removal_rate = 0;  // m³/s, removal rate at which the sound was recorded
   double spindle = 0;       // rad/s, spindle speed at work
-  double level_dB = 0;      // dB, whole sound
-  double high_dB = 0;       // dB, above 4 kHz
+  double level_dB = 0;      // dB, level of the whole sound
+  double high_dB = 0;       // dB, level above 4 kHz
 };
 
-/// Missing working models are derived from the idle one (audio/README.md).
+/// Models of a drill. Missing models for cutting are derived from the idle one (audio/README.md).
 struct SoundModels {
   ArModel idle;
-  // Working models from recordings; empty if none was recorded.
+  // Models for cutting from recordings; empty if none was recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
-  // rad/s of the idle recording; 0: the highest speed so far
+  // Spindle speed in the idle recording, rad/s; 0: the highest speed so far.
   double free_speed = 0;
   std::vector<RotorTone> tones;
-  // cutting edges, heard one by one at low speed; 0: never
+  // Number of cutting edges, which are heard one by one at low speed; 0: never.
   double teeth = 0;
-  double working_gain = 1;  // factor of all working models' amplitude
-  // largest gain of high frequencies; 1 doubles their amplitude
+  double working_gain = 1;  // factor of the amplitude of all models for cutting
+  // Largest gain of high frequencies; 1 doubles their amplitude.
   double brightness = 1;
-  double spray_dB = 0;  // dB that spray adds to the idling drill; 0: silent
-  double level = 1;     // gain of the whole voice
+  double spray_dB = 0;  // dB, increase of the idle level by full spray; 0: spray is silent
+  double level = 1;     // gain of the whole sound
   std::string name, source, licence;
 };
 
-/// A voice file with its models, or a model file as idle voice. Throws Error.
+/// Reads a voice file with its models, or a model file as the idle model. Throws Error.
 SoundModels load_sound_models(const std::filesystem::path& file);
 
 }  // namespace typodont::audio

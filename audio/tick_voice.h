@@ -11,11 +11,11 @@
 
 namespace typodont::audio {
 
-/// Ticks in order to sound states, on the audio thread. Never allocates. Removal rate and slip are differences over a
-/// fixed time, at any servo rate.
+/// Converts ticks, in order, to states of the sound. Audio thread; never allocates. Removal rate and slip are
+/// differences over a fixed time, so they do not depend on the servo's rate.
 class TickVoice {
  public:
-  /// per tool: a bur; others only knock and scrape
+  /// `tools_cut`: for each tool, true for a bur; other tools only knock and scrape.
   explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;
@@ -27,9 +27,9 @@ class TickVoice {
     double removed = 0;  // m³, volume removed so far, sum over all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // ticks kept, enough for 12 kHz
+  static constexpr std::size_t kSeen = 64;  // ticks kept, enough for a servo of 12 kHz
   std::array<Seen, kSeen> seen_{};
-  // ticks so far; the earlier tick of the differences
+  // Number of ticks so far, and the earlier tick for the differences.
   std::size_t count_ = 0, back_ = 0;
   std::vector<bool> tools_cut_;
 };

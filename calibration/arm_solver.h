@@ -1,5 +1,5 @@
-// Geometry of the haptic arm, from captures of a tip that rests in a socket or on a plate. Undetermined parameters keep
-// their values and are listed. SI. Not for real time.
+// Calibrates the geometry of the haptic arm from captures of a tip that rests in a socket or on a plate. Parameters
+// that the captures do not determine keep their values, and are listed. SI units. Not for real time.
 #pragma once
 
 #include <array>
@@ -12,69 +12,70 @@
 
 namespace typodont::calibration {
 
-/// As reported by the encoders A to F, before calibration.
+/// Readings of the encoders A to F before calibration.
 struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// Serial arm such as WoodenHaptics or Polhem, with their published kinematics. B and C from the vertical; x to the
+/// Serial arm with the published kinematics of WoodenHaptics and Polhem. Angles of B and C from the vertical; x to the
 /// user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m: La, Lb, Lc
-  // m, origin of H from the arm's foot
+  double base = 0.080, upper = 0.205, fore = 0.245;  // m, links La, Lb, Lc
+  // Origin of H relative to the arm's foot, m.
   dvec3 origin{0.220, 0, 0.080};
-  std::array<double, 6> offset{};        // rad, encoders A to F
-  std::array<double, 3> scale{1, 1, 1};  // encoders A, B, C
-  dvec3 tip_S{0.12, 0, 0};               // m from the wrist's centre; x along the stylus
+  std::array<double, 6> offset{};        // rad, offsets of the encoders A to F
+  std::array<double, 3> scale{1, 1, 1};  // scales of the encoders A, B, C
+  dvec3 tip_S{0.12, 0, 0};               // m, tip from the wrist's centre; x along the stylus
 };
 
 inline constexpr std::size_t kArmParameters = 18;
-/// In the order of to_vector.
+/// Names of the parameters in the order of to_vector.
 std::span<const char* const> arm_parameter_names();
-/// Plausible errors: 1 mm, 1°, 0.5 %. Parameters are scaled by them.
+/// Plausible errors of the parameters: 1 mm, 1°, 0.5 %. The solver scales parameters by them.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-// X_HS; S has its origin in the wrist's centre.
+// Pose X_HS of the stylus; S has its origin in the wrist's centre.
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
-// of the tip, m, frame H
+// Position of the tip in H, m.
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
-/// Derivatives of the tip in the order of to_vector: m per m, m per rad, m per scale.
+/// Derivatives of the tip's position by the parameters, in the order of to_vector: m per m, m per rad, m per unit of
+/// scale.
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
-/// A resting tip. One group: the same socket (`known` empty) or plate.
+/// Capture of a resting tip. Captures of one group belong to the same socket (`known` is empty) or the same plate.
 struct ArmCapture {
   int group = 0;
-  std::optional<dvec3> known;  // m in the plate's frame; empty for a socket
+  std::optional<dvec3> known;  // m, position on the plate in the plate's frame; empty for a socket
   ArmReading reading;
 };
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // SI
-  /// SI; the plausible error if undetermined
+  double before = 0, after = 0;  // SI, values before and after the calibration
+  /// Standard deviation, SI; if the parameter is not determined, its plausible error.
   double sigma = 0;
-  // 0..1, reduction of the plausible error
+  // How far the captures reduce the plausible error, 0..1.
   double determined = 0;
 };
 
 struct ArmResult {
   ArmGeometry geometry;
   std::vector<ArmParameter> parameters;
-  // what the captures do not determine
+  // Parameters that the captures do not determine.
   std::vector<std::string> not_observable;
-  // m, rms distance between computed and true tip
+  // Root mean square distance between computed and true tip, m.
   double before_rms = 0, after_rms = 0;
-  double sigma = 0;  // m per axis, of a capture
+  double sigma = 0;  // m per axis, standard deviation of a capture
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected captures
   std::vector<double> residuals;      // m, residual of each capture
-  // why no arm of this type explains the captures; empty: it does
+  // Reason why no arm of this type explains the captures; empty: one does.
   std::string misfit;
 };
 
-/// Starts at `nominal`. Throws Error without captures, or if a group mixes sockets and plates.
+/// Calibrates the arm, starting from `nominal`. Throws Error without captures, or if a group mixes sockets and plates.
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal);
 
 }  // namespace typodont::calibration

@@ -1,4 +1,5 @@
-// A mirror bench with a wrong arm, a displaced panel and mirror, and a user of individual eyes and unsteady hand.
+// Simulates a mirror bench with an inaccurate arm, a displaced panel and mirror, and a user with individual eyes and an
+// unsteady hand.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +11,15 @@ namespace typodont::calibration {
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  double touch_noise = 2e-4;  // m per axis
-  double slipped = 0.02;      // fraction of the touches that miss by millimetres
-  bool arm_errors = true;     // ±1 mm in links, ±1° in joints, ±0.5 % in scales
-  // m and rad, from the drawings; angles of panel, base and eyes up to twice this
+  double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
+  double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
+  bool arm_errors = true;     // errors of ±1 mm, ±1° and ±0.5 % (scales)
+  // Largest displacement from the drawings, m, and rotation, rad; that of panel, base and eyes is up to twice as large.
   double placement_error = 0.02;
-  // m, felt minus seen
+  // Felt minus seen position, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
   double delay = 0.0234;  // s, delay of the display relative to the arm
-  double touches = 1;     // factor of every step's touches
+  double touches = 1;     // factor of the number of touches in each step
 };
 
 class BenchSimulator {
@@ -27,17 +28,17 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The drawings, with which the routine starts.
+  /// The bench as drawn, with which the calibration routine starts.
   BenchState drawings() const;
 
-  /// Readings of an arm whose tip is at p_W (m); arbitrary wrist.
+  /// Readings of an arm whose tip is at p_W (m), with an arbitrary wrist.
   ArmReading hold(const dvec3& p_W);
-  /// An unsteady touch of p_W (m), computed with `believed_arm`.
+  /// An unsteady touch at p_W (m). Its position is computed with the geometry `believed_arm`.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
-  /// Where this user puts the tip for a point drawn at p_W.
+  /// Position to which this user moves the tip if a point is drawn at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Captures of one step; `bench`: the estimate before it.
+  // Functions that add the captures of one step. `bench`: estimate before the step.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);
@@ -46,9 +47,9 @@ class BenchSimulator {
   void capture_verify(Captures& captures, const BenchState& bench);
 
   struct Colocation {
-    double rms = 0, worst = 0, mean = 0;  // m over all points
+    double rms = 0, worst = 0, mean = 0;  // m, distances over all points
   };
-  /// Distance between the hand and where the user sees the drawn tool, at 9×9×9 points.
+  /// Distance between the hand and the position at which the user sees the drawn tool, at 9×9×9 points.
   Colocation colocation(const BenchState& bench);
 
  private:
@@ -59,7 +60,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// From the drawings, step by step: capture, then solve.
+/// Runs the calibration routine from the drawings on: for each step captures, then the solution.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

@@ -1,5 +1,5 @@
-// Captures and results of single solvers, in the formats of docs/interface.md. Keys have units; values are SI. Throws
-// Error. A length group in _mm within 3 mm, or beyond 10 m, is refused.
+// Reads captures, and writes results of single solvers, in the formats of docs/interface.md. Throws Error. Lengths in
+// columns _mm that are all below 3 mm or beyond 10 m are refused, because the unit is probably wrong.
 #pragma once
 
 #include <filesystem>
@@ -17,22 +17,22 @@ struct PointPairs {
   std::vector<dvec3> H, D;
 };
 
-/// At the same times; equally many.
+/// Poses of two devices at the same times; both lists have the same length.
 struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-/// Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm; `H`, `D` replace the prefixes.
+/// Reads columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm; `H` and `D` replace the prefixes h and d.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
 Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
-/// Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, the same for b; |q| within 1 % of 1.
+/// Reads columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and bx_mm … bqz; |q| must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm, frame H. All zero is accepted.
+/// Reads columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm, frame H. All points may be zero.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);
 std::string delay_json(const DelayResult& result);
-/// `X_name`, `Z_name`: for example "X_SM", "X_HK".
+/// `X_name`, `Z_name`: names of the poses in the result, for example "X_SM", "X_HK".
 std::string hand_eye_json(const HandEyeResult& result, const char* X_name, const char* Z_name);
 std::string camera_json(const CameraResult& result);
 

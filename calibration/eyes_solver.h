@@ -1,4 +1,5 @@
-// The user's eyes: the tip covers a dot shown to one eye, so eye, tip and dot are on a line. W, m; any thread.
+// Finds the positions of the user's eyes. The user covers a dot that one eye sees with the stylus tip, so eye, tip and
+// dot lie on a line. Frame W, m; any thread.
 #pragma once
 
 #include <array>
@@ -17,14 +18,14 @@ struct EyeAlignment {
   dvec3 p_W{0, 0, 0};  // m, position of the stylus tip
 };
 
-/// Touch of a point seen with both eyes.
+/// The user touched a point that both eyes saw.
 struct SeenTouch {
   dvec3 shown_W{0, 0, 0}, touched_W{0, 0, 0};
 };
 
-/// Felt minus seen position.
+/// Offset of the user: felt minus seen position.
 struct UserOffset {
-  // m, and its σ
+  // Offset and its standard deviation, m.
   dvec3 W{0, 0, 0}, sigma{0, 0, 0};
   int touches = 0, rejected = 0;
 };
@@ -33,19 +34,19 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  // m across the line of sight: noise; rms residual
+  // Noise across the line of sight (standard deviation), and rms of the residuals, m.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
   std::vector<double> residuals;          // m, residual of each alignment of tip and dot
-  std::string not_determined;             // what the alignments leave open; empty: nothing
+  std::string not_determined;             // what the alignments do not determine; empty: nothing
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
 
-/// Initial eyes from `rig`, with panel and mirror.
+/// Solves for the eyes. `rig`: panel, mirror, and initial eyes.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// Mean of touched minus seen, without outliers (by the median). Two touches or more. A displaced base looks the same
-/// (joint_solver.h tells them apart).
+/// Mean of touched minus seen position, without outliers (detected by the median). Needs at least two touches. A
+/// displaced base has the same effect; joint_solver.h separates both.
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

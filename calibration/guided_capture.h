@@ -1,5 +1,5 @@
-// Asks for touches, shows residuals at once, stores every touch, so that a routine can continue. No access to devices:
-// their owner calls add().
+// Guides the user through the touches of a calibration: asks for each, shows its residual at once, and stores it, so
+// that the routine can be continued later. It has no access to devices; their owner calls add().
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,7 @@ inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror,
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
-/// Sounds of cue_sound().
+/// Events with a sound of cue_sound().
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
@@ -25,17 +25,17 @@ struct Prompt {
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
-  std::optional<dvec3> target_D;           // m, where the point should appear
-  // rings around a last touch that does not fit, per eye
+  std::optional<dvec3> target_D;           // m, position at which the point should appear
+  // Rings, one per eye, around a last touch that does not fit.
   std::optional<Dots> astray;
 };
 
 /// Evaluation of a touch, available at once.
 struct Live {
   std::size_t index = 0;  // index of the touch in its step
-  double residual = 0;    // m; 0 with too few touches
-  double rms = 0;         // m, of the step so far
-  // m in the workspace, when registering
+  double residual = 0;    // m, residual of this touch; 0 with too few touches
+  double rms = 0;         // m, rms of the step so far
+  // Predicted target error in the workspace (step "register"), m.
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
@@ -46,7 +46,8 @@ struct Live {
 
 class GuidedCapture {
  public:
-  /// Continues from `folder`. `plate_pitch`: m, of 5×5 points. Throws Error.
+  /// Continues a routine with the captures in `folder`. `plate_pitch`: distance of the 5×5 points of the plate, m.
+  /// Throws Error.
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);
@@ -57,9 +58,9 @@ class GuidedCapture {
   Prompt prompt() const;
   /// Adds one touch, writes it to disk, and evaluates it.
   Live add(const Touch& touch);
-  /// Deletes the step's last touch; false: none.
+  /// Deletes the last touch of the step. Returns false if there is none.
   bool undo();
-  /// From all captures of the step.
+  /// Solves the step from all its captures.
   void solve();
 
   const BenchState& bench() const { return bench_; }
@@ -73,10 +74,10 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
-  std::optional<dvec3> astray_W_;  // m, W, a last touch that does not fit
+  std::optional<dvec3> astray_W_;  // m, W, last touch if it does not fit
 };
 
-/// 8-bit grey, rows from the top. Text may be flipped for a mirror; marks stay.
+/// Picture in 8-bit grey, rows from the top. For a mirror, only the text may be flipped; marks stay.
 struct Picture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;

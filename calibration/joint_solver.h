@@ -1,6 +1,5 @@
-// One set of arm, panel, mirror, eyes and offset explains all touches, starting from the single steps. It removes
-// errors that steps pass on: touches seen with both eyes place an eye that alignments know only to millimetres. Metres;
-// any thread.
+// Finds one set of arm, panel, mirror, eyes and user offset that explains all touches, so that no step passes its
+// errors on. Touches seen with both eyes locate an eye better than alignments do. Metres; any thread.
 #pragma once
 
 #include <string>
@@ -22,14 +21,15 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    // m, rms of all residual components
+    // Rms of all residual components before and after, m.
     double before_rms = 0, after_rms = 0;
   };
   std::vector<Kind> kinds;
   double seconds = 0;
 };
 
-/// Throws Error without touches of marks, captures of both eyes, or recorded dots. X_WH stays, because it defines W.
+/// Throws Error without touches of marks, captures of both eyes, or recorded dots. X_WH does not change, because it
+/// defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

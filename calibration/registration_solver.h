@@ -1,4 +1,4 @@
-// p_D = X_DH * p_H + isotropic noise (sigma per axis). Metres. Not for real time.
+// Registers two sets of points: p_D = X_DH * p_H + isotropic noise (sigma per axis). Metres. Not for real time.
 #pragma once
 
 #include <array>
@@ -10,44 +10,44 @@
 
 namespace typodont::calibration {
 
-/// Least squares of all pairs (at least one). Below 1 µs for 16 pairs, no allocation. If the rotation is open, one of
-/// the best motions.
+/// Least-squares motion of all pairs (at least one). Below 1 µs for 16 pairs, no allocation. If the points do not
+/// determine the rotation, one of the best motions.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
 /// Reasons why a registration cannot be trusted.
 enum class Defect {
   kNone,
   kCoincident,   // all points coincide: no rotation is determined
-  kCollinear,    // rotation about the line is open
-  kNoise,        // residuals as large as the points' spread
-  kMirrored,     // D mirrors H
+  kCollinear,    // the rotation about the line is not determined
+  kNoise,        // the residuals are as large as the points' spread
+  kMirrored,     // D is a mirror image of H
   kScaled,       // lengths in D and H differ: no rigid motion exists
-  kNoConsensus,  // no set agrees better than by chance
+  kNoConsensus,  // no set of pairs agrees better than by chance
 };
 const char* name(Defect defect);
 
-/// What the points leave open.
+/// Which motions the points do not determine.
 struct Degeneracy {
   Defect defect = Defect::kNone;
   std::string reason;  // one sentence for the user
-  // unit axes of open rotations
+  // Unit axes of rotations that are not determined.
   std::vector<dvec3> undetermined_H;
 };
 
 struct Box {
   dvec3 low{0, 0, 0};
-  // m, corners; both zero: the box of the inliers
+  // Corners, m; both zero: the bounding box of the inliers.
   dvec3 high{0, 0, 0};
 };
 
 struct RegistrationOptions {
   bool reject_outliers = true;
-  double known_sigma = 0;     // m per axis; 0: estimated
-  Box workspace_H;            // m, box of predicted_tre_rms
+  double known_sigma = 0;     // m per axis, known noise; 0: estimated
+  Box workspace_H;            // m, box in which predicted_tre_rms is computed
   double false_alarm = 5e-4;  // probability of rejecting a good pair
 };
 
-/// Another motion that many pairs follow.
+/// Another motion with which many pairs agree.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;
@@ -55,33 +55,34 @@ struct Rival {
 
 struct RegistrationResult {
   Pose X_DH;
-  std::vector<std::size_t> inliers, outliers;  // indices of pairs, ascending
+  std::vector<std::size_t> inliers, outliers;  // indices of the pairs, ascending
   std::vector<double> residuals;               // m, distance |X_DH p_H - p_D| for every pair
   double fre_rms = 0;                          // m, root mean square of the inliers' residuals (fiducial error)
-  /// m per axis; NaN: cannot be estimated
+  /// Noise per axis, m; NaN: cannot be estimated.
   double sigma = 0;
   int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
-  /// Row-major 6×6 in D: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). An open rotation has π²/3.
+  /// Covariance in D, 6×6, row-major: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). A rotation that
+  /// is not determined has the variance π²/3.
   std::array<double, 36> covariance{};
-  // σ of the worst rotation / of the best; 1e16: open
+  // Standard deviation of the worst rotation / of the best one; 1e16: not determined.
   double condition = 1;
-  double predicted_tre_rms = 0;  // m over the workspace
+  double predicted_tre_rms = 0;  // m, predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  // other motions, largest group first; any: ambiguous
+  // Other motions, the one with most pairs first. If there is one, the registration is ambiguous.
   std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Robust, with uncertainty. Below half of the pairs may be wrong by anything (70 % if they disagree): as accurate as
-/// if they were only noisy. Throws Error without pairs, or for unequal lists.
+/// Robust registration with uncertainty. Up to half of the pairs (70 % if they do not agree with each other) may be
+/// wrong by any amount. Throws Error without pairs, or for lists of unequal length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 
-/// rms error at p_H, m.
+/// Predicted rms error at p_H, m.
 double predicted_tre(const RegistrationResult& result, const dvec3& p_H);
 
-/// The candidate that most reduces the mean squared target error.
+/// Index of the candidate that most reduces the mean squared target error.
 std::size_t most_useful_touch(std::span<const dvec3> touched_H, std::span<const dvec3> candidates_H,
                               const Box& workspace_H);
 

@@ -1,4 +1,4 @@
-// Results, residuals and the map of the co-location error.
+// Report page of a calibration: results, residuals, and the map of the co-location error.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace typodont::calibration {
 
-/// Complete HTML, nothing external.
+/// Complete HTML without external files.
 std::string report_page(const BenchState& bench, const std::string& title);
 
-/// SVG, three levels of the workspace.
+/// SVG with three levels of the workspace.
 std::string error_map_svg(const VerifyResult& result);
 
 }  // namespace typodont::calibration

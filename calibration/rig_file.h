@@ -1,5 +1,5 @@
-// Calibrated fields of a rig: screen, mirror, head, X_WH, and "calibration" (date, serials, covariances, captures).
-// Others stay. Throws Error.
+// Reads and writes the calibrated fields of a rig file: screen, mirror, head, X_WH, and "calibration" (date, serial
+// numbers, covariances, captures). Other fields do not change. Throws Error.
 #pragma once
 
 #include <array>
@@ -14,26 +14,27 @@ namespace typodont::calibration {
 
 class RigFile {
  public:
-  /// Or a new mirror bench.
+  /// load() reads a rig; create() makes a mirror bench.
   static RigFile load(const std::filesystem::path& file);
   static RigFile create(const std::filesystem::path& file);
   RigFile(RigFile&&) noexcept;
   ~RigFile();
 
-  /// Missing parts have defaults.
+  /// The bench of the file, with defaults for missing parts.
   BenchState bench() const;
-  /// From the file, or "FILE.captures" beside it.
+  /// Folder of the captures that the file states, or "FILE.captures" beside it.
   std::filesystem::path captures_folder() const;
 
-  /// Such as "2026-03-01T10:15:00Z"; empty: never solved.
+  /// Date of a step's result, "2026-03-01T10:15:00Z"; empty: never solved.
   std::string step_date(const std::string& step) const;
 
-  /// Steps without a result keep their record. Throws Error for eyes or a panel that no bench has.
+  /// Stores the results of a bench. Steps without a result keep their record. Throws Error for implausible eyes or an
+  /// implausible panel.
   void set(const BenchState& bench);
-  /// For a step without a result.
+  /// Stores the current date for a step without result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
-  /// With the current date; completely or not at all.
+  /// Writes the file with the current date, completely or not at all.
   void save();
 
  private:
@@ -42,7 +43,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// For --json, and "calibration.steps" of the rig.
+/// JSON for --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

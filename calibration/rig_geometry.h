@@ -1,4 +1,4 @@
-// Panel, mirror, eyes, haptic base. Metres, W.
+// Geometry of panel, mirror, eyes and haptic base. Metres, W.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// u right, v up on the picture, 0..1.
+/// The panel; u runs to the right and v upwards in the picture, 0..1.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -15,7 +15,7 @@ struct Panel {
   }
 };
 
-/// n·x = offset, unit n.
+/// Plane n·x = offset with unit normal n.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
   double offset = 0;  // m, distance of the plane from the origin along n
@@ -35,7 +35,7 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Apparent position of a pixel: behind the mirror, if any.
+  /// Position at which a pixel appears: behind the mirror, if there is one.
   dvec3 appears(double u, double v) const {
     const dvec3 p = panel.at(u, v);
     return mirror ? mirror->reflect(p) : p;
@@ -46,22 +46,22 @@ struct PanelPoint {
   double u = 0, v = 0;
 };
 
-/// One position per eye.
+/// Dots for the left and the right eye.
 struct Dots {
   PanelPoint left, right;
 };
 
-/// The pixel through which an eye sees p_W.
+/// Pixel through which an eye sees the point p_W.
 PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
 
 inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// Midpoint of the shortest connection of two lines of sight.
+/// Midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Where a user sees a point drawn at p_W with `believed`, on the true bench.
+/// Position at which a user sees a point that is drawn at p_W with the rig `believed`, on the true bench `truth`.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

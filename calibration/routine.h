@@ -1,4 +1,4 @@
-// From captures to a calibrated bench; every step can be solved again (README.md).
+// Calibration of a bench from captures, step by step; every step can be solved again (README.md).
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,8 @@
 
 namespace typodont::calibration {
 
-/// Tip (H, m) and, for later arm calibration, the encoder readings.
+/// A touch: position of the tip (H, m) and the encoder readings, with which the position can be computed again after a
+/// calibration of the arm.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -35,13 +36,13 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  // Dots that showed the point, for later eye calibration.
+  // Dots that showed the point, so that it can be computed again after a calibration of the eyes.
   std::optional<Dots> dots;
-  /// Where the user saw it (D, m) with `rig`; shown_D without dots.
+  /// Position at which the user saw the point with `rig` (D, m); without dots, shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
-/// An empty step was skipped.
+/// Captures of all steps. A step without captures was skipped.
 struct Captures {
   std::vector<ArmCapture> arm;
   std::vector<MarkCapture> marks;
@@ -52,11 +53,11 @@ struct Captures {
   Stream delay_a, delay_b;
 };
 
-/// One CSV file per step with captures: arm, marks, mirror, eyes, register, verify, drift, delay_a, delay_b. Throws
-/// Error.
+/// Writes one CSV file for each step that has captures: arm, marks, mirror, eyes, register, verify, drift, delay_a,
+/// delay_b. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// read_…_captures() read one step.
+// Each of these functions reads the file of one step.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -65,30 +66,31 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file);
 
 struct JointResult;
 
-/// Present estimate, and each step's result.
+/// Current estimate of the bench, and each step's result.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // W equals D
+  RigGeometry rig;  // for this rig, W equals D
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // null: not enough captures
+  std::shared_ptr<const JointResult> joint;  // null: there were not enough captures
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// solve_…_step(): the bench takes a determined result, else keeps its values. Throws Error.
+// Each function solves one step. If its result is determined, it is stored in the bench; otherwise the bench keeps its
+// values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-/// `user_offset`: also from the touches of `register` or `verify`.
+/// `user_offset`: also computes the user's offset, from the touches of `register` or `verify`.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// From the alignments alone.
+/// Eyes from the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
-/// Joint solution if possible (joint_solver.h), then the registration.
+/// Solves all steps jointly if possible (joint_solver.h), then the registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);
 void solve_verify_step(BenchState& bench, const Captures& captures);

@@ -1,4 +1,4 @@
-// Panel and mirror from touches; the caller transforms H to W. Metres; any thread.
+// Finds panel and mirror from touches. The caller transforms positions from H to W. Metres; any thread.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace typodont::calibration {
 
-/// A mark at (u, v).
+/// Touch of a mark at (u, v) on the panel.
 struct MarkTouch {
   PanelPoint mark;
   dvec3 p_W{0, 0, 0};
@@ -21,30 +21,30 @@ struct PanelResult {
   double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
   std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
-  /// rad, largest over all axes
+  /// Largest standard deviation of the rotation over all axes, rad.
   double tilt_sigma = 0;
-  // m: noise; rms of kept touches
+  // Noise (standard deviation), and rms of the touches that were not rejected, m.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch
   std::string not_determined;         // parameters that the touches do not determine; empty: none
 };
 
-/// `tip_radius`: m, a ball that touches the visible side.
+/// `tip_radius`: radius of a ball at the tip that touches the visible side, m.
 PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 0);
 
 struct MirrorResult {
   MirrorPlane mirror;
-  // rad, largest over all axes
+  // Largest standard deviation of the rotation over all axes, rad.
   double tilt_sigma = 0;
-  double offset_sigma = 0;  // m, at the touches' centre
+  double offset_sigma = 0;  // m, standard deviation along the normal, at the centre of the touches
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch
   std::string not_determined;
 };
 
-/// Normal towards `seen_from_W`; a ball of `tip_radius` touches that side.
+/// The normal points towards `seen_from_W`; a ball of `tip_radius` (m) touches that side.
 MirrorResult solve_mirror(std::span<const dvec3> touches_W, const dvec3& seen_from_W, double tip_radius = 0);
 
 }  // namespace typodont::calibration

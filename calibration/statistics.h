@@ -1,4 +1,4 @@
-// Quantiles, and seeded normal noise.
+// Quantiles of distributions, and seeded normally distributed random numbers.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace typodont::calibration {
 
-/// P(X <= x).
+/// P(X <= x) of the chi-squared distribution.
 double chi_squared_cdf(double x, double dof);
-/// x with P(X <= x) = p.
+/// x with P(X <= x) = p, chi-squared distribution.
 double chi_squared_quantile(double p, double dof);
-/// The same for F(d1, d2).
+/// x with P(X <= x) = p of the distribution F(d1, d2).
 double f_quantile(double p, double d1, double d2);
 
 /// Seeded random numbers, which are the same in every run.

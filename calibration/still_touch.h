@@ -1,4 +1,5 @@
-// A touch: the mean of the tenth of a second before the pedal, if the tip was at rest; pressing shakes the hand.
+// Takes a touch: the mean position in the tenth of a second before the pedal was pressed, if the tip was at rest. The
+// time before is used because pressing shakes the hand.
 #pragma once
 
 #include <array>
@@ -13,15 +14,15 @@ namespace typodont::calibration {
 class StillTouch {
  public:
   struct Limits {
-    double window = 0.1;     // s
-    double radius = 0.3e-3;  // m from the mean
+    double window = 0.1;     // s, duration before the press
+    double radius = 0.3e-3;  // m, largest distance of a sample from the mean
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
   explicit StillTouch(const Limits& limits);
 
-  /// `asked`: a key was pressed. Verdict on a press, else kNone; a pedal pressed at first must be released. `joints`
-  /// (rad, six or none) are averaged. Never allocates.
+  /// Adds a sample. Returns a verdict when the pedal is pressed or `asked` is true, otherwise kNone. A pedal that is
+  /// pressed at the start must first be released. `joints` (rad, six or none) are averaged too.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   // returns the mean position (m) of the tip at the last touch with the verdict kTaken or kMoved

@@ -1,5 +1,5 @@
-// Verifies a calibration with new points that were not used before, and checks for drift with three points at the start
-// of a session. Metres; any thread may call it.
+// Verifies a calibration with new points, and checks for drift with three points at the start of a session. Metres; any
+// thread.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@
 namespace typodont::calibration {
 
 struct Tolerance {
-  double rms = 0.5e-3, worst = 1e-3;  // m, largest accepted systematic co-location error over the workspace
+  // m, largest accepted rms and maximum of the systematic co-location error over the workspace
+  double rms = 0.5e-3, worst = 1e-3;
 };
 
 /// A point of the error map.
@@ -23,10 +24,10 @@ struct MapPoint {
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, rms, mean and largest error of the touches, including noise
-  double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
-  // m, rms and largest value of the systematic error in the workspace. The systematic error is a smooth field that is
-  // fitted to the errors of the touches. The part that the touches' noise adds to the field is subtracted.
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, rms, mean and largest touch error, including noise
+  double noise = 0;  // m per axis, noise of the touches after subtraction of the smooth error field
+  // Rms and maximum of the systematic error in the workspace, m: a smooth field fitted to the errors of the touches,
+  // without the part that their noise adds.
   double rms = 0, worst = 0;
   double uncertainty = 0;  // m, rms error of the fitted field because of the touches' noise
   int order = 0;           // order of the polynomial of the fitted error field: 0 constant, 1 affine, 2 quadratic
@@ -39,7 +40,7 @@ struct VerifyResult {
   std::string verdict;  // the result as one sentence
 };
 
-/// Evaluates a registration with pairs of points: p_H was touched, p_D was shown. Throws Error if there is no pair.
+/// Evaluates a registration with pairs of points: p_H was touched, p_D was shown. Throws Error without pairs.
 VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH,
                     const Tolerance& tolerance, const Box& workspace_D);
 
@@ -48,13 +49,12 @@ struct DriftResult {
   double turn = 0;   // rad, rotation of the touched points since the calibration
   double worst = 0;  // m, largest displacement of one of the touched points
   double sigma = 0;  // m, rms displacement of a point that the noise of the touches alone would cause
-  // true if `worst` exceeds the tolerance and the displacements are statistically significant (99 %)
+  // `worst` exceeds the tolerance, and the displacements are statistically significant (99 %).
   bool drifted = false;
   std::string verdict;
 };
 
-/// Compares the present touches of some marks (`now_H`) with the touches of the same marks at calibration time
-/// (`then_H`).
+/// Compares current touches of marks (`now_H`) with those of the same marks at the calibration (`then_H`).
 DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> now_H, double touch_sigma,
                         const dvec3& center_H, double tolerance = 0.3e-3);
 

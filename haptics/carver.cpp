@@ -11,12 +11,11 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s, after a longer pause than this, the next cut begins a new stroke
+constexpr double kStrokePause = 0.3;  // s, pause after which a cut begins a new stroke
 
-// The following constants apply if the carver centres snapshots ahead of the tool (TissueBody::leads). A tool that
-// moves steadily is then behind the centre of its snapshot by up to 0.8 of the travel. So when a new snapshot becomes
-// due, the tool may still move by at least the whole travel before it leaves the old one.
-constexpr double kLeadTime = 10e-3;    // s, a snapshot is centred where the tool will be after this time
+// Parameters for snapshots that are centred ahead of the tool (TissueBody::leads). A tool in steady motion is then up
+// to 0.8 travel behind the centre, so it can move at least the whole travel before it leaves the old snapshot.
+constexpr double kLeadTime = 10e-3;    // s, a snapshot is centred at the tool's expected position after this time
 constexpr double kLeadFilter = 5e-3;   // s, time constant of the filter for the tool's velocity
 constexpr double kLongestGap = 50e-3;  // s, after a longer gap between two ticks, the velocity is unknown
 
@@ -60,8 +59,8 @@ void Carver::apply(const Cut& cut) {
   if (cut.fill_radius > 0) {
     body_->fill(cut);
   } else {
-    // An undo or redo may have restored tissue at the head. In this case, the next cut must also remove the tissue
-    // inside the head at the start of the cut, not only the tissue ahead of the head.
+    // An undo or redo may have restored tissue at the head. The next cut must then also remove tissue inside the head
+    // at its start, not only ahead of it.
     const bool edited = edits_ > 0 && cuts_ == edited_at_;
     body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
     end_ = cut.X_WB;

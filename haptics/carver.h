@@ -1,5 +1,5 @@
-// The carver owns the tissue. It repeats the servo's cuts on the tissue, records strokes and edits for undo, and
-// creates snapshots of the tissue for the servo.
+// The carver owns the tissue. It repeats the servo's cuts, stores strokes and edits for undo, and creates snapshots of
+// the tissue for the servo.
 #pragma once
 
 #include <limits>
@@ -14,71 +14,65 @@
 
 namespace typodont::haptics {
 
-/// Owns the tissue body (the tissue in the representation of the contact method). Used only by the carver thread (in a
-/// deterministic run: by its only thread).
+/// Owns the tissue body (the tissue as the contact method stores it). Carver thread only.
 class Carver {
  public:
-  /// Creates the carver of a tissue. `tools`: the tools of the session, to which the index Cut::tool refers. Throws
-  /// Error if the contact method rejects the tissue.
+  /// Creates the carver of a tissue. `tools`: tools of the session, indexed by Cut::tool. Throws Error if the contact
+  /// method rejects the tissue.
   Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
-  /// Constructs the carver with the tools and the contact method in `settings`.
+  /// Creates the carver with the tools and the contact method of `settings`.
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
-  /// Repeats a cut of the servo. Cuts must arrive in order and without gaps. Consecutive cuts with only short pauses
-  /// between them belong to one stroke. If a cut separates pieces of tissue, these loose pieces are removed in the same
-  /// stroke, and a new snapshot is due. The result is deterministic.
+  /// Repeats a cut of the servo; cuts must arrive in order and without gaps. Cuts with only short pauses form one
+  /// stroke. Pieces that a cut separates are removed, and a new snapshot is then due. Deterministic.
   void apply(const Cut& cut);
-  /// Returns the loose pieces that were removed since the last call.
+  /// Returns the loose pieces removed since the last call.
   std::vector<LoosePiece> take_pieces();
 
   /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Ends the present stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due.
-  /// When the servo begins to use this snapshot, it continues with the edited tissue, and does not repeat the cuts that
-  /// it made before the edit.
+  /// Ends the current stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due;
+  /// the servo continues with its tissue, and does not repeat cuts that it made before the edit.
   bool undo();
-  /// Redoes the stroke that was undone last, as undo() undoes. Returns false during a stroke: its first cut has
-  /// discarded the undone strokes.
+  /// Redoes the stroke that was undone last. Returns false during a stroke, because its first cut has discarded the
+  /// undone strokes.
   bool redo();
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
-  /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the time from the
-  /// last cut to t is longer than the pause that ends a stroke, ends the stroke and prepares its undo.
+  /// Tells the carver that all cuts up to time t (clock of the cuts) have been applied. Ends the stroke if the last cut
+  /// is longer ago than the pause between strokes.
   void rest(Nanos t);
 
-  /// Returns an empty snapshot whose buffers already have their full size.
+  /// Returns an empty snapshot with buffers of full size.
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
-  /// An undo, redo or loose piece is in no snapshot yet. The servo counts the volume of later cuts only if none of them
-  /// is applied before that snapshot.
+  /// Returns true if no snapshot contains the last undo, redo or loose piece yet. The carver must apply no later cut
+  /// before it takes that snapshot; otherwise the servo would not count the cut's volume.
   bool edited() const {
     return snapshots_ > 0 && (edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_);
   }
-  /// Returns true if the servo needs a new snapshot: it has none, the tissue was edited, a loose piece was removed, the
-  /// tissue body asks for a snapshot, or the tool has moved far from the centre of the last snapshot. The function also
-  /// estimates the tool's velocity, so it should be called with every tick that the carver receives.
+  /// Returns true if the servo needs a new snapshot: after a change, or if the tool is far from the last snapshot's
+  /// centre. Call it with every tick, because it also estimates the tool's velocity.
   bool snapshot_due(const ServoTick& tick);
-  /// Returns the centre for the next snapshot in m: a point between the proxy and the hand, moved ahead in the
-  /// direction of the tool's motion if TissueBody::leads() is true.
+  /// Returns the centre for the next snapshot, m: between proxy and hand, and moved ahead of the tool if
+  /// TissueBody::leads() is true.
   dvec3 snapshot_center(const ServoTick& tick) const;
-  /// Fills a snapshot with the tissue around `center_W`. `number`: number of the snapshot; 0: the next number is used.
-  /// A replay passes the recorded number, because the live servo may have skipped some numbers. `held`: number of the
-  /// snapshot that the servo will hold when it adopts this one. If it is the number of the last snapshot, the new one
-  /// may be a step from it (Snapshot::from), which is faster to copy. 0: the new snapshot is complete.
+  /// Fills a snapshot with the tissue around `center_W`. `number`: its number, 0: the next one. `held`: snapshot that
+  /// the servo will hold then; if it is the last one, only later changes may be stored (Snapshot::from).
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0, std::uint32_t held = 0);
-  /// Updates the newest snapshot to the present tissue; it is then complete. If the tissue was edited (undo or redo),
-  /// returns false and changes nothing; a new snapshot is then due.
+  /// Updates the newest snapshot to the current tissue, and makes it complete. After an undo or redo, returns false and
+  /// changes nothing; a new snapshot is then due.
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
   /// Returns the tissue as a distance field (TissueBody::rasterize).
   TissueVolume& volume() { return body_->rasterize(); }
   const TissueVolume& volume() const { return body_->rasterize(); }
-  /// Returns the body's own triangles (TissueBody::surface); null: the renderer must draw volume() instead.
+  /// Returns the body's own triangles (TissueBody::surface). If null, the renderer must draw volume().
   TissueSurface* surface() { return body_->surface(); }
   TissueVolume::Strokes strokes() { return body_->strokes(); }
-  /// Moves the tissue out of the carver: returns volume(), and adds the body's own triangles as its mesh. If the body
-  /// has no own triangles and the tissue was cut, the volume has no mesh. The carver must not be used afterwards.
+  /// Moves the tissue out of the carver: volume(), with the body's own triangles as its mesh. Without own triangles, a
+  /// cut volume has no mesh. Afterwards the carver must not be used.
   TissueVolume take_tissue();
   const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
@@ -91,7 +85,7 @@ class Carver {
 
   std::unique_ptr<TissueBody> body_;
   std::size_t tool_count_;
-  // m, distance that the tool may move before a new snapshot is due; result of TissueBody::travel()
+  // Distance that the tool may move before a new snapshot is due, m (TissueBody::travel).
   double travel_;
   std::uint64_t cuts_ = 0;
   Pose end_;                    // pose at which the last cut ended
@@ -100,15 +94,13 @@ class Carver {
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // piece_count_: number of loose pieces that cuts have separated so far; pieces_in_snapshot_: value of piece_count_
-  // when the last snapshot was taken
+  // piece_count_: loose pieces separated so far. pieces_in_snapshot_: its value at the last snapshot.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
   std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit
   std::uint32_t snapshots_ = 0;
   dvec3 center_W_{0};  // m, centre of the last snapshot
-  // The next members describe the motion of the proxy: the time and the position of the last tick that snapshot_due()
-  // received, and the velocity (m/s) after a low-pass filter.
+  // Motion of the proxy: time and position of the last tick in snapshot_due(), and low-pass filtered velocity, m/s.
   Nanos seen_t_ = std::numeric_limits<Nanos>::min() / 2;
   dvec3 seen_p_W_{0}, velocity_W_{0};
 };

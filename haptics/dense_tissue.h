@@ -1,4 +1,4 @@
-// Arrays of tissue and boxes of voxels, without OpenVDB, file formats or other headers of haptics.
+// Dense arrays of tissue, and boxes of voxels. Independent of OpenVDB, file formats and other headers of haptics.
 #pragma once
 
 #include <algorithm>
@@ -15,48 +15,50 @@
 
 namespace typodont::haptics {
 
-/// lo to hi, inclusive; empty if lo > hi.
+/// Box of voxels from lo to hi, both inclusive; empty if lo > hi.
 struct VoxelBox {
   glm::ivec3 lo{1}, hi{0};
   bool empty() const { return lo.x > hi.x; }
 };
-/// What is in both.
+/// Intersection of two boxes.
 inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   const VoxelBox box{glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
-/// Axes of a file, relative to the patient.
+/// Directions of a file's axes in the patient.
 enum class PatientAxes : std::uint8_t {
   kUnknown,
-  kLps,  // to the patient's left, back, head
-  kRas   // to the patient's right, front, head
+  kLps,  // x, y, z point to the patient's left, back, head
+  kRas   // x, y, z point to the patient's right, front, head
 };
-/// "LPS", "RAS", or empty.
+/// Returns "LPS", "RAS", or an empty string if unknown.
 inline std::string_view name_of(PatientAxes axes) {
   return axes == PatientAxes::kLps ? "LPS" : axes == PatientAxes::kRas ? "RAS" : "";
 }
-/// Other names: kUnknown.
+/// Returns the axes of a name; kUnknown if unknown.
 inline PatientAxes patient_axes(std::string_view name) {
   return name == "LPS" ? PatientAxes::kLps : name == "RAS" ? PatientAxes::kRas : PatientAxes::kUnknown;
 }
-/// Where imported tissue is in its file; turns and moves with it, so results can go back to the file's coordinates.
+/// Pose of imported tissue in its source file. It follows each motion of the tissue, so results can be written in the
+/// file's coordinates.
 struct FilePlace {
-  Pose X_FW;  // tissue's frame to file, m
+  Pose X_FW;  // from the tissue's frame to the file's, m
   PatientAxes axes = PatientAxes::kUnknown;
 };
 
-/// By importers and solids. z fastest: (x·size.y + y)·size.z + z.
+/// Tissue as dense arrays, created by importers and solids. Index of a sample: (x·size.y + y)·size.z + z.
 struct DenseTissue {
   VoxelFrame frame;  // voxel (0,0,0) is at frame.origin
   glm::ivec3 size{0};
   std::vector<float> distance;  // m, negative inside; exact where |distance| < band
-  // Outside: kAir, but at least one voxel around has the nearest tissue, so that labels can be read at the surface.
+  // Outside the tissue: kAir, but voxels next to the surface have the label of the nearest tissue, so that
+  // interpolation at the surface finds one.
   std::vector<Tissue> tissue;
-  // Empty: kOwnHardness everywhere
+  // Empty: all voxels have kOwnHardness.
   std::vector<std::uint8_t> hardness;
-  double band = 1.5e-3;       // m, largest distance that is stored
-  bool exact_outside = true;  // outside, never more than the true distance
+  double band = 1.5e-3;       // m, largest stored distance
+  bool exact_outside = true;  // false: outside, the stored distance may be smaller than the true one, never larger
   FilePlace place;
 
   std::size_t at(int x, int y, int z) const {
@@ -64,16 +66,12 @@ struct DenseTissue {
   }
 };
 
-/// Hardness, one byte per voxel: fraction of a tissue's stiffness and specific cutting energy (caries soft on top and
-/// firm below, bone by the grey values of a scan). Everywhere, for tissue T with hardness byte b:
-///   stiffness               = stiffness of T · b / 255          (Material::stiffness)
-///   specific cutting energy = specific energy of T · b / 255    (Material::specific_energy)
-/// Not for friction, density and colour. 255, the default, is full hardness; the least is 1, so cutting takes energy.
-/// Filling has 255; the voxel keeps its former byte for when it is cut out (volume/label.h).
+/// Hardness, one byte per voxel: fraction b / 255 of a tissue's stiffness (Material::stiffness) and specific energy
+/// (Material::specific_energy). For soft caries, or bone by grey values of a scan.
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kLeastHardness = 1;
 
-/// From 0..1, rounded, at least kLeastHardness.
+/// Byte of a fraction 0..1: rounded, at least kLeastHardness.
 inline std::uint8_t hardness_byte(double fraction) {
   const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
   return std::max(kLeastHardness, static_cast<std::uint8_t>(byte));

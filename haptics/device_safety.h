@@ -1,4 +1,4 @@
-// Emergency stop, and zero force however the program ends. Force limits: devices/safe_device.h.
+// Emergency stop, and zero force at any end of the program. Force limits are in devices/safe_device.h.
 #pragma once
 
 #include <cstdint>
@@ -8,26 +8,25 @@
 
 namespace typodont::haptics {
 
-/// From its next tick on, every live session of this process gives no force and stops its drill, and every device with
-/// motors gets zero at its next write. After the end, the force returns to a hand that is free of contact. Any thread.
+/// Emergency stop: all sessions of this process give no force and stop the drill from the next tick on, and all devices
+/// get zero force. When it is switched off, force returns to a hand that touches nothing. Any thread.
 void set_emergency_stop(bool on) noexcept;
 bool emergency_stopped() noexcept;
 
-/// For example "watchdog, device fault".
+/// Names of the SafetyEvent bits for messages, for example "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 
-/// Zero force at exit, failed check, uncaught exception, fatal signal or Ctrl-C, by atexit() and handlers for SIGINT,
-/// SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, which then call the earlier handler. Later
-/// handlers of the program should first call release_all_devices(). After SIGKILL or a failure of the computer, only
-/// the device's watchdog helps.
+/// Sends zero force at exit, failed check, uncaught exception, fatal signal or Ctrl-C. Its signal handlers then call
+/// the earlier handlers; handlers installed later should first call release_all_devices(). After SIGKILL, only the
+/// device's own watchdog helps.
 void install_exit_guard();
 
-/// Gets zero force when the program ends. Any thread. Throws RunFailure beyond eight.
+/// Adds a device that gets zero force when the program ends. Any thread. Throws RunFailure for more than eight devices.
 void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 
-/// Zero force to all guarded devices, and no force of this process after it, not even from a running servo thread. Any
-/// thread or signal handler; also for set_check_handler().
+/// Sends zero force to all guarded devices, and blocks all later forces of this process, also of a running servo
+/// thread. Any thread or signal handler; also for set_check_handler().
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

@@ -1,6 +1,6 @@
-// Opens hands by address, lists devices, adds drivers. Beside this header, others may include device_safety.h,
-// scripted_hand.h and device_bench.h, not devices/. A new device is one file devices/drivers/NAME.cpp
-// with `const Driver NAME_driver` (example: circle.cpp); all are compiled.
+// Opens hands by address, lists devices and registers drivers. Other modules may include this header, device_safety.h,
+// scripted_hand.h and device_bench.h, but none of devices/.
+// A new device is one file devices/drivers/NAME.cpp that defines `const Driver NAME_driver`, as circle.cpp does.
 #pragma once
 
 #include <filesystem>
@@ -16,17 +16,17 @@
 namespace typodont::haptics {
 
 struct HandOptions {
-  double rate = 1000;                 // Hz, where it can be chosen
-  bool paced = true;                  // scripted hands wait for each sample's time; false: as fast as possible
-  Pose X_WH;                          // of the device's base in W, from the rig file
-  Pose X_ST;                          // tool's head in the stylus
-  std::vector<std::string> tools;     // of the session's tools, for scripts
-  std::string pedal;                  // "auto", device path or serial number; empty: none
-  std::filesystem::path assets;       // folder that contains devices/*.json
-  std::optional<double> force_limit;  // N; can only lower the device's own
-  double pedal_limit = 0;             // s without a break; 0: default
-  /// For "mouse:" and "openxr:right", set while the program has a window; empty: drivers report an error. Arguments:
-  /// before and after the colon.
+  double rate = 1000;              // Hz, sample rate, if the driver lets it be chosen
+  bool paced = true;               // a scripted hand waits for each sample's time; false: it runs as fast as possible
+  Pose X_WH;                       // pose of the device's base on the workbench, from the rig file
+  Pose X_ST;                       // pose of the tool's head in the stylus
+  std::vector<std::string> tools;  // names of the session's tools, for scripts
+  std::string pedal;               // "auto", device path or serial number; empty: none
+  std::filesystem::path assets;    // folder that contains devices/*.json
+  std::optional<double> force_limit;  // N, may only reduce the device's own limit
+  double pedal_limit = 0;             // s, largest time that the pedal may be pressed without a break; 0: default
+  /// Opens "mouse:" and "openxr:right" while the program has a window; empty: their drivers throw Error. Arguments:
+  /// text before and after the colon.
   std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;
 };
 
@@ -35,42 +35,42 @@ struct FoundDevice {
   std::string address;  // address for --hand; empty for pedals
   std::string kind;     // "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
-  std::string node;        // such as /dev/hidraw0, or a service
+  std::string node;        // device node, such as /dev/hidraw0, or a service
   double force_limit = 0;  // N, largest force of the device
   bool permitted = true;
-  std::string mend;  // how to repair; empty: no problem
+  std::string mend;  // how to repair a problem; empty: no problem
 };
 
 struct Driver {
-  std::string scheme;  // "spacemouse" opens "spacemouse:REST"
-  std::string rest;    // after "scheme:", for the help: "[PATH]"
+  std::string scheme;  // part of the address before the colon: "spacemouse" in "spacemouse:REST"
+  std::string rest;    // the part after the colon, for the help: "[PATH]"
   std::string about;   // description of the device in one line
-  // Poses are in the base's frame; open_hand() adds safety layer, pedal and the base's pose.
+  // true: a device with poses in its base's frame. open_hand() then adds safety layer, pedal and pose of the base.
   bool hardware = true;
-  // function that opens the hand; throws Error
+  // opens the hand; throws Error
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;
-  // may be empty; must not throw for an absent device
+  // Finds connected devices; may be empty. Must not throw if a device is absent.
   std::function<std::vector<FoundDevice>()> find;
 };
 
-/// By name. At set-up, the program adds replay, mouse and OpenXR.
+/// Drivers, sorted by name. The program adds replay, mouse and OpenXR at set-up.
 const std::vector<Driver>& drivers();
 void add_driver(Driver driver);
 
-/// As given to --hand. Motors get a SafeDevice. Throws Error.
+/// Opens a hand by its address (option --hand). Devices with motors get a SafeDevice. Throws Error.
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
 
-/// For a session: may be unplugged and plugged in again. Throws Error.
+/// Opens a hand that may be unplugged and plugged in again during a session. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
-/// The larger of foot pedal and button counts; an unplugged pedal is searched again. Empty `pedal`, or "auto" without
-/// one: the hand alone. Throws Error if a named one is missing. open_hand() calls it for hardware.
+/// Adds a foot pedal to a hand, as open_hand() does for hardware. The larger value of pedal and button counts. If
+/// `pedal` is empty, or "auto" finds none, returns the hand alone. Throws Error if a named pedal is missing.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
-/// With pedals. Broken devices and missing permissions do not throw: see FoundDevice::mend.
+/// Lists devices and pedals. Broken devices and missing permissions do not throw: see FoundDevice::mend.
 std::vector<FoundDevice> list_devices();
 
-/// look(): changes since its last call. One thread, a few times per second.
+/// Reports devices that arrived or left since the last call of look(). Used by one thread, a few times per second.
 class DeviceWatch {
  public:
   struct Change {
@@ -87,7 +87,8 @@ class DeviceWatch {
 
 std::string_view udev_rules();
 
-/// Into `folder`, completely or not at all; returns the path. Throws Error with the command to run, without permission.
+/// Writes the udev rules into `folder`, completely or not at all; returns their path. Without permission, throws Error
+/// with the command to run.
 std::filesystem::path install_udev_rules(const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// One tick's filling as a distance field (removal: Sweep). Servo and carver use it alike, so copy and tissue stay equal
-// to the bit.
+// Filling added in one tick, as a distance field (Sweep is its counterpart for removal). Servo and carver use the same
+// code, so the patch and the tissue stay bitwise equal.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace typodont::haptics {
 
-/// Air that got a label in one tick, by index in the block.
+/// Air samples that got a label in one tick, as indices in the block.
 class FreshLabels {
  public:
   void add(std::ptrdiff_t at) noexcept {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// False: more than kMost, incomplete.
+  /// Returns false if there were more than kMost samples; the list is then incomplete.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};
@@ -32,23 +32,25 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// A ball without the pressing head and its way out along the axis, each with half a voxel (kClear), so that filling
-/// exerts no force. A limiting solid keeps only what is inside.
+/// A ball of filling, without the pressing head and the head's exit path along its axis. Both are enlarged by half a
+/// voxel (kClear), so that the filling exerts no force. A limiting solid removes what lies outside it.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Inclusive; voxels within Sweep::kMargin of the ball.
+  /// First and last voxel (inclusive) of the box within Sweep::kMargin of the ball.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Voxels lo to lo+size-1: distance (at least -Sweep::kInner) where smaller; empty voxels get a label (label.h). z
-  /// fastest; strides in samples. `added` (may be null): voxels³ per tissue; `fresh` (may be null): labelled air. True:
-  /// a sample changed. Any thread; same bits on every processor and in any blocks.
+  /// Adds the filling to samples lo to lo+size-1 (z runs fastest; strides in samples): each distance becomes the
+  /// smaller one, but at least -Sweep::kInner. Empty voxels get a label (label.h). `added`: voxels³ per tissue, and
+  /// `fresh`: labelled air; both may be null. Returns true if a sample changed. Bitwise equal on every processor and
+  /// for any blocks. Any thread.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Voxels from p to where filling is allowed (outside head and way out), and to the limiting solid; negative inside.
+  /// Distances from p to the allowed region: kept_by_head() outside head and exit path, beyond_limit() inside the
+  /// limiting solid; voxels, negative inside the region.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }
@@ -59,10 +61,10 @@ class Fill {
   Tissue label_;
   const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
-  HeadField head_;  // voxels, head and its way out
+  HeadField head_;  // head and its exit path, voxels
   dvec3 center_;    // voxels, centre of the ball of filling
   double radius_;
-  Pose X_VT_;  // of the head in V, voxels
+  Pose X_VT_;  // pose of the head in the volume's frame V, voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -15,7 +15,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   past_[newest_] = {tick.t, {tick.f_T_W, tick.tau_T_W}};
   count_ = std::min(count_ + 1, past_.size());
 
-  // Energy that the last force has given to the hand since.
+  // Energy that the last delayed force has given to the hand since the last tick.
   const dvec3 moved = begun_ ? tick.X_WT.p - X_WT_.p : dvec3(0);
   const dvec3 turned = begun_ ? rotation_vector(X_WT_.R, tick.X_WT.R) : dvec3(0);
   const double dt = begun_ ? std::max(to_seconds(tick.t - t_), 0.0) : tick_;
@@ -32,11 +32,11 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // Delayed and present force are zero: contact has ended, and a debt is cancelled.
+  // If both the delayed and the current force are zero, contact has ended, and a negative balance is cancelled.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double fraction =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);
-  // Without delay the servo has applied this law.
+  // Without delay, the servo has already applied this law.
   if (delay > 0) wrench.f_T_W *= fraction, wrench.tau_T_W *= fraction;
   return sent_ = wrench;
 }

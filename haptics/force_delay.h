@@ -1,4 +1,4 @@
-// A stimulus for experiments on delay. Servo thread; allocates only in the constructor.
+// Delays the force, as a stimulus for experiments. Servo thread; allocates only in the constructor.
 #pragma once
 
 #include <vector>
@@ -9,18 +9,19 @@
 
 namespace typodont::haptics {
 
-/// A delayed spring is not passive: it still pushes a retreating hand with an earlier, larger force. So the delayed
-/// force has an energy ledger of its own, by which the servo's passivity law limits it.
+/// A delayed spring is not passive: it pushes a retreating hand with an earlier, larger force. So the delayed force has
+/// its own energy ledger, with which the servo's passivity law limits it.
 class ForceDelay {
  public:
   struct Wrench {
     dvec3 f_T_W{0}, tau_T_W{0};  // force (N) and torque (N·m) on the hand
   };
 
-  /// `settings`: of the servo. `most`: s, for pass().
+  /// `settings`: settings of the servo. `most`: largest delay that pass() will get, s.
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Once per tick. Force and torque of the newest tick at least `delay` (ns) old; 0: of `tick` unchanged.
+  /// Call once per tick. Returns force and torque of the newest tick that is at least `delay` (ns) old. If `delay` is
+  /// 0, returns those of `tick` unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:
@@ -33,7 +34,7 @@ class ForceDelay {
   std::vector<Row> past_;  // ring buffer of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J that the hand has given to the delayed force
+  double energy_ = 0;  // J, energy that the delayed force has received from the hand, minus the energy given to it
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

@@ -1,4 +1,4 @@
-// Cutting ability, thread and marks of instruments for implant surgery.
+// Instruments of implant surgery: cutting ability, thread and depth marks.
 #pragma once
 
 #include <string>
@@ -20,36 +20,36 @@ enum class ImplantToolKind {
 };
 std::string_view name_of(ImplantToolKind kind) noexcept;
 
-/// "implant" of a tool's file, SI. Zhao 2020, "Modeling of the tools".
+/// Value of the key "implant" in a tool's file, in SI units. Zhao 2020, "Modeling of the tools".
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
-  // Of the tool's voxels, 0 to 1, by their place.
-  double end_ability = 0;     // at the end, beyond `centre_radius`
-  double centre_ability = 0;  // at the end, within `centre_radius`
+  // Cutting ability of the tool's voxels, 0 to 1, by their position:
+  double end_ability = 0;     // on the end face, farther from the axis than `centre_radius`
+  double centre_ability = 0;  // on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
-  double centre_radius = 0;   // m from the axis
+  double centre_radius = 0;   // m, radius of the end face's centre
   double greatest_grey = 0;   // Hounsfield units; denser bone stops the tool
-  // alpha of eq. (2), Zhao 2020: tangential / normal force at the edge
+  // Alpha of eq. (2), Zhao 2020: ratio of tangential to normal force at the edge.
   double thrust_ratio = 1;
-  double pitch = 0;          // m per turn; 0: none
-  double core_diameter = 0;  // m, of the core; 0 without thread
-  double bore_diameter = 0;  // m, inner thread for a screw; 0: none
-  double bore_depth = 0;     // m, of the inner thread
-  double speed = 0;          // rad/s, the manufacturer's; 0: does not rotate
-  // rad/s at full pedal with a reduction gear; 0: the motor's
+  double pitch = 0;          // m, advance of the thread per turn; 0: no thread
+  double core_diameter = 0;  // m, core diameter of the thread; 0: no thread
+  double bore_diameter = 0;  // m, diameter of the inner thread for a screw; 0: no inner thread
+  double bore_depth = 0;     // m, depth of the inner thread
+  double speed = 0;          // rad/s, speed stated by the manufacturer; 0: does not rotate
+  // Speed at full pedal with a reduction gear, rad/s; 0: speed of the motor.
   double top_speed = 0;
   bool by_hand = false;        // turned by hand (ratchet)
   bool irrigated = false;      // true: the tool needs cooling water
   double greatest_torque = 0;  // N·m, the manufacturer's limit; 0: not stated
-  // m above the free end, rings of the scale, ascending
+  // Heights of the rings of the depth scale above the free end, m, ascending.
   std::vector<double> marks;
 
   bool threaded() const { return pitch > 0; }
-  /// Implants and screws stay where they are seated.
+  /// Returns true for implants and screws, which remain.
   bool stays() const { return kind == ImplantToolKind::kImplant || kind == ImplantToolKind::kScrew; }
 };
 
-/// `diameter`, `length`: m, of the head. Throws Error.
+/// Reads the key "implant". `diameter`, `length`: size of the head, m. Throws Error.
 ImplantTool read_implant_tool(const Json& json, double diameter, double length);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// Fits to measured forces: densities of a packing from a force curve (S2 in docs/papers.md, eq. 14), slow; spring and
-// damper of a coupling from a push into tissue (Wang et al. 2009, section 3.3.2 and its reference 21).
+// Fits of material parameters to measured forces: densities of a packing (S2 in docs/papers.md, eq. 14), and spring and
+// damper of the coupling (Wang et al. 2009, section 3.3.2 and its reference 21).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// A machine feeds the rotating tool; a sensor records the force.
+/// Sample of a test in which a machine feeds the rotating tool and a sensor records the force.
 struct FeedSample {
   double t = 0;      // s, time
   Pose X_WT;         // pose of the tool
@@ -23,45 +23,45 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// η of eq. 14, density per newton. 0: per moment, so that a step removes `relaxation` of the force's difference.
+  /// η of eq. 14: density per newton. 0: chosen for each moment so that a step removes the fraction `relaxation` of the
+  /// force's difference.
   double eta = 0;
-  // η g Σw² of eq. 14 (g: simulated force per mean density; w: the spheres' weights). Converges between 0 and 2.
+  // η g Σw² of eq. 14 (g: simulated force per mean density; w: weights of the spheres). Converges between 0 and 2.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
-  int moments = 300;  // intervals of the curve, each with its mean force
+  int moments = 300;  // number of intervals, each with the curve's mean force
   std::function<void(double fraction)> progress;
 };
 
 struct MaterialFit {
-  std::uint64_t seed = 0, tissue_hash = 0;  // of the packing, and of its tissue
-  // Per sphere: fraction of its tissue's own hardness; 1 if never touched.
+  std::uint64_t seed = 0, tissue_hash = 0;  // seed of the packing; hash of its tissue
+  // For each sphere: hardness as a fraction of its tissue's own; 1 if the tool never touched it.
   std::vector<float> hardness;
-  std::vector<bool> fitted;  // touched, per sphere
-  // N²; mean of (simulated − measured)², before each iteration and after the last
+  std::vector<bool> fitted;  // for each sphere: true if the tool touched it
+  // Mean of (simulated − measured)², N², before each iteration and after the last one.
   std::vector<double> error;
-  // Per moment with contact, at the end: s, N measured, N simulated.
+  // For each moment with contact, after the fit: time (s), measured and simulated force (N).
   std::vector<double> t, measured, simulated;
-  double stability = 0;  // of stability_of(), largest over the curve
+  double stability = 0;  // largest result of stability_of() over the curve
 };
 
-/// Eq. 14 for one moment: `overlap` is index and m³ per sphere, simulated force `gain` times the mean density by
-/// overlap, `rho` all densities. Returns N before the change.
+/// One step of eq. 14 for one moment. `overlap`: index and overlap (m³) of each touched sphere. Simulated force =
+/// `gain` × mean of `rho`, weighted with the overlap. Returns it before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// η g Σw² of eq. 14 for one moment: `eta`, `gain` (force per mean density), weights w. The fraction that a step
-/// removes; stable below 2.
+/// Returns η g Σw² of eq. 14 for one moment (η: `eta`; g: `gain`, force per mean density; w: weights of the spheres):
+/// the fraction of the error that a step removes. Stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
-/// Along the recorded path; each moment's force is what the motor needs there (PackingModel). `settings`: tool,
-/// spindle, materials, method "packing". Throws Error for another method, a curve without contact, or an unstable step.
-/// `curve`: name for messages.
+/// Fits the densities along the recorded path. The simulated force of a moment is the one that the motor needs there
+/// (PackingModel). `curve`: name for messages. Throws Error for a curve without contact or an unstable step.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 
-/// Of a push into tissue.
+/// Sample of a push into tissue.
 struct PushSample {
   double t = 0;      // s, time; must increase
-  double depth = 0;  // m in the tissue; 0 or less: no contact
+  double depth = 0;  // m, penetration depth; 0 or less: no contact
   double force = 0;  // N, measured force
 };
 
@@ -72,8 +72,8 @@ struct DampingFit {
   int samples = 0;       // number of samples in contact
 };
 
-/// F = k d + b ḋ by least squares over all contact, ḋ by central differences. Throws Error below three samples, or if
-/// the speed is constant or proportional to the depth.
+/// Fits F = k d + b ḋ by least squares to all samples in contact, with ḋ from central differences. Throws Error for
+/// fewer than three samples, and if the speed is constant or proportional to the depth.
 DampingFit fit_damping(std::span<const PushSample> samples);
 
 }  // namespace typodont::haptics

@@ -1,4 +1,5 @@
-// What was inside tissue before the first cut: cut enamel and dentin look different.
+// The tissue before the first cut. The renderer needs it because cut enamel and dentin look different from natural
+// surfaces.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +9,20 @@
 
 namespace typodont::haptics {
 
-/// Immutable, so a volume's copies share it. Thread-safe.
+/// Immutable and shared by copies of a volume. Any thread.
 class NaturalSurface {
  public:
-  /// About 1 ms for a tooth.
+  /// Takes about 1 ms for a tooth.
   explicit NaturalSurface(const TissueVolume& volume);
-  /// Before the first cut: 1 inside, 0 outside, about ½ at the surface; trilinear.
+  /// Returns whether a point was inside tissue before the first cut: 1 inside, 0 outside, about ½ at the surface;
+  /// trilinear interpolation.
   double inside(const glm::dvec3& p_W) const;
 
  private:
   bool solid(const glm::ivec3& voxel) const;
 
   VoxelFrame frame_;
-  // Of 8³ samples; from first_, count_ along each axis, all that hold tissue.
+  // Box of all blocks of 8³ samples that contain tissue: first_ is the first block, count_ the number along each axis.
   glm::ivec3 first_{0}, count_{0};
   std::vector<std::int32_t> block_;  // kEmpty, kFull, or index in mixed_
   std::vector<SolidBits> mixed_;

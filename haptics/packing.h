@@ -1,4 +1,4 @@
-// Packings of spheres for the contact model "packing": making, drawing, and the readers of their files.
+// Packings of spheres for the contact model "packing": creation, drawing, and readers of their files.
 #pragma once
 
 #include <cstdint>
@@ -16,37 +16,37 @@ namespace typodont::haptics {
 
 struct PackOptions {
   std::size_t spheres = 36000;  // number of spheres, 1 to kMaxSpheres
-  // shifts the grid of candidates: another packing
+  // Offset of the grid of candidate centres; another seed gives another packing.
   std::uint64_t seed = 1;
-  /// m, largest, because a sphere is the least that a cut removes: unlimited, a molar's first would be as wide as its
-  /// crown. 0: kDefaultMaxRadius times the radius of `spheres` equal ones with the tissue's volume.
+  /// Largest radius of a sphere, m; 0: kDefaultMaxRadius times the radius of `spheres` equal spheres with the tissue's
+  /// volume. Without a limit, a molar's first sphere would be as wide as its crown.
   double max_radius = 0;
-  /// 0 to 1; may throw to stop.
+  /// Receives the progress, 0 to 1; may throw to stop the work.
   std::function<void(double fraction)> progress;
 
   static constexpr std::size_t kMaxSpheres = 4'000'000;
   static constexpr double kDefaultMaxRadius = 2.0;
 };
 
-/// Each in one tissue, none overlapping (Weller & Zachmann 2010, "ProtoSphere", with a grid for random prototypes).
-/// Deterministic; `tissue_hash` 0. Throws Error if empty or out of range.
+/// Packs spheres that do not overlap, each inside one tissue (Weller & Zachmann 2010, "ProtoSphere", with a grid
+/// instead of random prototypes). Deterministic; `tissue_hash` is 0. Throws Error for empty tissue or options out of
+/// range.
 SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options);
 
-/// `tissue_hash` is the volume's hash.
+/// Packs the tissue of a volume; sets `tissue_hash` to the volume's hash.
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options);
 
-/// A sphere of the tissue in its present state.
+/// A sphere of the tissue's current state, for drawing.
 struct ShownSphere {
   dvec3 p_W{0};        // m, centre
-  double radius = 0;   // m
-  double density = 0;  // relative to dentin; decides the cutting speed
+  double radius = 0;   // m, radius of the sphere
+  double density = 0;  // relative to dentin; determines the cutting speed
 };
 
-/// All that remain; empty with another method. Carver thread.
+/// Returns all remaining spheres; none with another contact method. Carver thread only.
 std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings);
 
-// The files need HDF5 or a mesh reader, which this module does not use: a module that can read them registers its
-// functions.
+// Reader of a packing's file, which needs HDF5. This module does not use HDF5, so another module registers the reader.
 
 using PackingLoader = std::function<SpherePacking(const std::filesystem::path&)>;
 
@@ -56,7 +56,7 @@ struct PackingLoaderRegistration {
   explicit PackingLoaderRegistration(PackingLoader loader);
 };
 
-/// A closed mesh as a head. `unit`: metres per unit of the file.
+/// Reads a closed mesh as the head of a tool. `unit`: metres per unit of the file.
 using ToolMeshReader = std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)>;
 
 /// Registers, before main(), a function that reads meshes. Declare an object at namespace scope:

@@ -1,6 +1,5 @@
-// From carver to servo. The servo cuts on while a patch is copied, and would have to repeat these cuts in one tick. So
-// it waits a few milliseconds while the carver adds them; steps (patch_step.h), where its own samples stay, are adopted
-// at once.
+// Passes patches (copies of the tissue) from the carver to the servo. The servo continues to cut while a patch is
+// copied. So it adopts the patch only when the carver has added these cuts, a few milliseconds later.
 #pragma once
 
 #include <atomic>
@@ -12,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// One carver and one servo thread; nobody blocks, the servo's side is lock-free (Latest).
+/// For one carver and one servo thread. Neither blocks; the servo's side is lock-free (Latest).
 class PatchExchange {
  public:
   /// Uses `carver` only to create the empty snapshots.
@@ -22,23 +21,24 @@ class PatchExchange {
   /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo. If the servo holds the patch that was
   /// offered last, the new patch may be a step from it (Snapshot::from), which needs less copying.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Adds missing cuts to the offered patch. `held`: ServoTick::patch. False: none offered; while true, call again
-  /// without sleeping.
+  /// Adds cuts that the offered patch lacks. `held`: patch that the servo holds (ServoTick::patch). Returns false if no
+  /// patch is offered; while true, call it again without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
-  /// The offered patch has an edit that the servo has not: no cut is applied, or the servo would not count it.
+  /// Returns true if the offered patch contains an undo, redo or removed piece that the servo's patch lacks. Then the
+  /// carver must apply no cut, because the servo would not count its volume.
   bool edit_waits() const noexcept {
     return offered_ != 0 && offered_tissue_ != held_tissue_ && taken_.load(std::memory_order_acquire) != offered_;
   }
 
   // Function for the servo thread.
-  /// To adopt now, or null. `cuts`: so far; `t`: ns, any steady clock. After adopt() it holds the servo's previous
-  /// patch, which the next call returns to the carver for reuse.
+  /// Returns the patch to adopt now, or null. `cuts`: number of the servo's cuts so far; `t`: time on any steady clock,
+  /// ns. After adopt(), the object holds the servo's previous patch; the next call returns it to the carver for reuse.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Undo, redo and removed loose pieces: a cut may then remove another volume. With different numbers, the servo
-  /// itself repeats the cuts and counts their volume.
+  /// Number of undos and redos, and of removed pieces. If two patches differ in them, a cut may remove different
+  /// volumes, so the servo itself repeats the cuts and counts the volume.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;
@@ -48,14 +48,14 @@ class PatchExchange {
   Latest<std::unique_ptr<Snapshot>> way_;
   // Carver thread: number of the offered patch; 0: none
   alignas(64) std::uint32_t offered_ = 0;
-  bool offered_step_ = false;  // offered as a step: no cuts are added
-  std::uint32_t held_ = 0;     // the servo's, if none is offered
+  bool offered_step_ = false;  // the offered patch is a step, to which no cuts are added
+  std::uint32_t held_ = 0;     // number of the servo's patch, valid while none is offered
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
-  // Servo thread:
-  alignas(64) Nanos waiting_since_ = 0;   // ns, since when it waits; 0: not
-  bool adopted_ = false;                  // the last take() returned one
-  std::atomic<std::uint32_t> taken_ = 0;  // number of the last one
+  // Data of the servo thread:
+  alignas(64) Nanos waiting_since_ = 0;   // ns, start of waiting for the patch; 0: not waiting
+  bool adopted_ = false;                  // the last take() returned a patch
+  std::atomic<std::uint32_t> taken_ = 0;  // number of the last patch that take() returned
 };
 
 }  // namespace typodont::haptics

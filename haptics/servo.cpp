@@ -20,13 +20,14 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Unless a unit already: orientations of a tick (ServoTick::X_WT) must keep their bits in a replay.
+/// Normalises an orientation, but does not change a unit quaternion: recorded orientations (ServoTick::X_WT) must keep
+/// their bits in a replay.
 dquat made_unit(const dquat& R) {
-  constexpr double kRounding = 1e-14;  // of |R|² - 1, beyond a normalisation's rounding
+  constexpr double kRounding = 1e-14;  // rounding error of |R|² after a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
 
-/// In 16 bytes each: a string instruction starts slowly.
+/// Copies in pieces of 16 bytes, because the string instruction that a large memcpy uses starts slowly.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
   constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
@@ -55,7 +56,7 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // The patch's centre is rounded to eight voxels, so the wanted one is nearer to the tool than `travel`.
+  // The centre of a patch is rounded to eight voxels, so the wanted centre must be nearer to the tool than `travel`.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -85,7 +86,8 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
 void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;  // an invalid hand: the proxy's last pose
+  // without a valid hand pose: last pose of the proxy
+  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -108,7 +110,8 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After invalid input or a pause the proxy stays outside, or starts at a hand far away.
+  // After invalid input or a pause, the proxy stays where it was outside the tissue; if the hand is far away, it
+  // restarts at the hand.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) {
     m.X_WG = X_WT;
     m.began_at_hand = true;
@@ -136,7 +139,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
   if (motion.idle) return;  // no force in the last tick, so no energy
-  // Last force × displacement + last torque × rotation; exact, because both were constant.
+  // Work of the last force and torque on the hand's motion; exact, because both were constant during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
@@ -180,8 +183,8 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
       (settings.vibration.band > 0 && cutting.speed > 0)) {
     return false;
   }
-  // What the tool may move before it can touch. Each tick takes off the hand's motion; at zero the model computes a new
-  // clearance. Above zero the proxy is at the hand.
+  // m.room: distance that the tool may move before it can touch tissue. Each tick subtracts the hand's motion; when it
+  // is used up, the model computes a new clearance. While it lasts, the proxy is at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
   double way = moved;
   if (!(m.room > least && way <= m.room)) {
@@ -197,7 +200,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
   m.began_at_hand = m.inside = false;
-  cutting.budget = std::min(cutting.budget, 0.0);  // without contact, no energy for a later cut
+  cutting.budget = std::min(cutting.budget, 0.0);  // without contact, no energy is saved for a later cut
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
@@ -230,7 +233,8 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.relative_stiffness = coupling.relative_stiffness;
 }
 
-/// kStalePatch: a snapshot is overdue, the carver late. The old one is still correct, so the force stays.
+/// Sets kStalePatch if a new snapshot is overdue because the carver is late. The old snapshot is still correct, so the
+/// force continues.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
@@ -238,7 +242,7 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
 }
 
-/// kDeepPenetration: the tool was found inside tissue. If it began there, it is led out before it cuts.
+/// Sets kDeepPenetration if the tool is inside tissue. A tool that began there is led out before it cuts.
 void Servo::State::watch_start(ContactTick& now) noexcept {
   Motion& m = motion;
   const Contact& contact = now.contact;
@@ -305,7 +309,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  // Hard tissue is reported before soft.
+  // Hard tissue is reported if the tool touches both.
   if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
@@ -344,7 +348,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const ServoSettings& settings = s.settings;
   TickData now{hand, out, cut};
 
-  // s; the nominal tick if the clock jumps
+  // Duration of the tick, s; the nominal duration if the clock jumps.
   now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 
@@ -354,8 +358,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
-  // No valid hand: zero force, and the proxy starts anew. Motion without force must not count: last force × jump could
-  // make the ledger negative, and then there is no force. An unchanged orientation is known to be a unit.
+  // Without a valid pose, the force is zero and the proxy restarts. The energy ledger ignores the motion: last force ×
+  // jump could make it negative, which would suppress the force. An unchanged orientation was checked before.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
@@ -369,7 +373,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // From the input to both: one from the other would wait for the store.
+  // Both are written from the input, because copying one from the other would wait for the store.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

@@ -1,4 +1,4 @@
-// Gum that yields, pushes back, returns, is cut and bleeds (haptics/soft/README.md).
+// Gingiva that yields, pushes back, recovers, and is cut and bleeds (haptics/soft/README.md).
 #pragma once
 
 #include <array>
@@ -15,17 +15,17 @@
 
 namespace typodont::haptics {
 
-/// SI; sources: haptics/soft/README.md.
+/// Parameters of soft tissue in SI units. Sources: haptics/soft/README.md.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
-  // m; thinner tissue has its own
+  // Largest thickness of the layer, m. Where the tissue is thinner, its real thickness counts.
   double thickness = 2e-3;
-  double return_time = 0.2;         // s, of recovery after release
-  double friction = 0.1;            // Coulomb, for a tool that does not rotate
-  double specific_energy = 0.3e9;   // J/m³, for a bur
+  double return_time = 0.2;         // s, time constant of recovery after release
+  double friction = 0.1;            // Coulomb coefficient, for a tool that does not rotate
+  double specific_energy = 0.3e9;   // J/m³, for cutting with a bur
   double spacing = 0.35e-3;         // m, distance between the simulated points
   double bleeding_depth = 0.25e-3;  // m, deeper cuts bleed
-  double blood_radius = 2.5e-3;     // m, final, around a wound
+  double blood_radius = 2.5e-3;     // m, final radius of the stain around a wound
   double blood_time = 8;            // s, time constant with which the stain grows
 };
 
@@ -34,17 +34,17 @@ struct SoftWound {
   Nanos t = 0;   // time at which the bleeding began, ns
   dvec3 p_W{0};  // m, position of the wound
 };
-/// m, `age` s after the start.
+/// Radius of the blood stain at `age` (s), m.
 double blood_radius(const SoftLaw& law, double age) noexcept;
 
-/// For the renderer.
+/// Displacement of a point, for the renderer.
 struct SoftMove {
   std::uint32_t point = 0;  // index in SoftSurface::points()
-  // m below rest, elastic plus cut
+  // Depth below the rest position, elastic plus cut, m.
   float inward = 0;
 };
 
-/// The resting surface: points with normals, areas, thicknesses and links. Immutable; any thread.
+/// The surface at rest: points with normal, area, thickness and links to neighbours. Immutable; any thread.
 class SoftSurface {
  public:
   struct Point {
@@ -55,10 +55,11 @@ class SoftSurface {
   };
   struct Link {
     std::uint32_t point = 0;  // index of the neighbouring point
-    double tension = 0;       // N/m, force per difference between the displacements of the two points
+    double tension = 0;       // N/m, force per difference of the two points' displacements
   };
-  /// `distance`: W, m, negative inside, accurate near the surface; `hidden`: covered; box `lo` to `hi`. Throws
-  /// std::invalid_argument above 16 million cells.
+  /// `distance`: signed distance of the tissue in W, m, negative inside, accurate near the surface. `hidden`: true for
+  /// covered positions. The surface is sampled in the box `lo` to `hi`. Throws std::invalid_argument above 16 million
+  /// cells.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
       const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
@@ -68,9 +69,9 @@ class SoftSurface {
   std::span<const Link> links(std::size_t point) const {
     return std::span(links_).subspan(first_link_[point], first_link_[point + 1] - first_link_[point]);
   }
-  /// Lower bound of the distance to the nearest point, m, at least 0.
+  /// Returns a lower bound of the distance to the nearest point, m, at least 0.
   double clearance(const dvec3& p_W) const noexcept;
-  /// Calls `visit(point)` for the points in cells that overlap `lo` to `hi`.
+  /// Calls `visit(point)` for all points in the cells that overlap the box `lo` to `hi`.
   template <class Visit>
   void each_near(const dvec3& lo, const dvec3& hi, Visit&& visit) const noexcept {
     const glm::ivec3 first = cell_of(lo), last = cell_of(hi);
@@ -97,18 +98,18 @@ class SoftSurface {
   dvec3 lo_{0};
   glm::ivec3 cells_{0};
   std::vector<std::uint32_t> cell_first_, cell_points_;
-  // m, per cell: lower bound of the distance from anywhere in it to a point
+  // For each cell: lower bound of the distance from any position in it to a point, m.
   std::vector<float> cell_clearance_;
 };
 
-/// The simulation. Servo thread; never allocates. Deterministic.
+/// The simulation of soft tissue. Servo thread only; never allocates. Deterministic.
 class SoftTissue {
  public:
-  /// Points that may move at once; further ones wait at rest.
+  /// Largest number of points that move at once; other points stay at rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
-  /// `tools` outlives it; `coupling`: N/m.
+  /// `tools` must outlive the object. `coupling`: stiffness of the spring between hand and tool, N/m.
   SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<const Tool> tools, double coupling);
 
   struct Input {
@@ -116,18 +117,18 @@ class SoftTissue {
     double dt = 1e-3;        // s, duration of this tick
     Pose X_WG;               // pose of the tool without soft tissue
     std::uint32_t tool = 0;  // index of the tool
-    double cutting = 0;      // m/s, rim speed × cutting coefficient; 0: does not cut
+    double cutting = 0;      // m/s, speed of the bur's circumference × cutting coefficient; 0: does not cut
   };
   struct Output {
     dvec3 force{0};     // N, force of the soft tissue on the tool
-    dvec3 yielded{0};   // m, push of the soft tissue away from X_WG
-    double stored = 0;  // J, energy of the spring between hand and tool
+    dvec3 yielded{0};   // m, displacement of the tool from X_WG by soft tissue
+    double stored = 0;  // J, energy in the spring between hand and tool
     bool touching = false;
   };
-  /// Nothing moves and the tool is too far: a tick would change nothing.
+  /// Returns true if a tick would change nothing: no point moves, and the tool is too far away.
   bool at_rest(const Pose& X_WG, std::uint32_t tool) noexcept;
   Output tick(const Input& in) noexcept;
-  /// When the hand is lost: touches nothing until the next tick().
+  /// Call when the hand is lost: the tool touches nothing until the next tick().
   void release() noexcept;
   /// Returns true if the last tick found contact.
   bool touching() const noexcept { return touching_; }
@@ -136,11 +137,11 @@ class SoftTissue {
   const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
   /// Elastic displacement plus depth of the cut, m.
   double inward(std::uint32_t point) const noexcept;
-  /// Depth of the bur's cut, m.
+  /// Depth that a bur has cut at the point, m.
   double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
   std::span<const SoftWound> wounds() const noexcept { return {wounds_.data(), wound_count_}; }
   std::size_t active() const noexcept { return active_.size(); }
-  /// Returns the energy stored in the springs of the tissue, J.
+  /// Returns the energy stored in the tissue's springs, J.
   double elastic_energy() const noexcept;
   /// Calls `send(SoftMove)` for visibly moved points, until it returns false.
   template <class Send>
@@ -168,35 +169,35 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    // m, elastic displacement: now, and at the tick's start
+    // Elastic displacement now and at the tick's start, m.
     double v = 0, before = 0;
     double stiffness = 0;  // N/m, stiffness of the layer below the point
-    double springs = 0;    // N/m, layer and links
-    // m, largest elastic displacement plus cut
+    double springs = 0;    // N/m, stiffness of the layer plus that of the links
+    // Largest value of elastic displacement plus cut, m.
     double limit = 0;
-    double yield = 0;  // m/N, displacement per contact force in one tick
+    double yield = 0;  // m/N, displacement per contact force within one tick
     bool contact = false;
     double exit = 0;  // m, depth of the head below the resting point
-    // of the contact: 1 pressed from above, 0 passed by the head's side
+    // Weight of the contact: 1 if the head presses from above, 0 if its side passes the point.
     double weight = 0;
-    dvec3 slope{0};  // gradient of `exit` with respect to the position of the tool
-    // m, part of an initial overlap without force; fades
+    dvec3 slope{0};  // gradient of `exit` over the tool's position
+    // Part of an initial overlap without force, m; fades.
     double ignored = 0;
-    double force = 0;  // N, of the tool, into the tissue
-    double stop = 0;   // N, additional, if the point is at its `limit`
+    double force = 0;  // N, force of the tool into the tissue
+    double stop = 0;   // N, additional force of the tool if the point is at its `limit`
   };
-  /// The tool as a distance function, with balls that enclose it.
+  /// A tool as a distance function, with enclosing balls for fast tests.
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m, z of the shank's centre on the tool's axis
-    // m by which the head is enlarged, so that no thin tip passes between points
+    // Enlargement of the head, m, so that no thin tip passes between the points.
     double blunt = 0;
     bool has_shank = false;
     struct Ball {
-      double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
+      double z = 0, r = 0;  // m, ball's centre on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m, T: ends on the axis, largest radius, reach from the origin
+    // Ends on the axis (z), largest radius, and reach from the origin of T, m.
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
@@ -215,14 +216,14 @@ class SoftTissue {
   std::vector<Shape> shapes_;
   double coupling_;  // N/m, stiffness between hand and tool
   std::vector<Active> active_;
-  std::vector<std::int32_t> slot_;  // per point; -1: at rest
-  // m per point: cut; last sent
+  std::vector<std::int32_t> slot_;  // for each point: index in active_; -1: at rest
+  // For each point: depth of the cut, and displacement last sent to the renderer, m.
   std::vector<float> cut_, sent_;
-  std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in the list to_send_
+  std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in to_send_
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  // m, tool's displacement: now; last tick
+  // Displacement of the tool in this and in the last tick, m.
   dvec3 u_{0}, u_before_{0};
   bool touching_ = false;
   bool placed_ = false;  // true if last_ contains the pose of the last tick

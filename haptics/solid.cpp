@@ -70,7 +70,7 @@ struct Cylinder : Solid {
 /// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
   dvec3 center, axis;
-  // m; radius: at the height -half; top_radius: at the height +half; half: half of the height
+  // Half of the height, and radius at the height -half and +half, m.
   double radius, top_radius, half;
 
   double distance(const dvec3& p) const override {
@@ -82,7 +82,7 @@ struct Cone : Solid {
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
     const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
-    // positive: the point is outside the slanted side
+    // Positive if the point is outside the slanted side.
     const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);
     return std::abs(z) < half && out < 0 ? -nearest : nearest;
   }
@@ -270,16 +270,12 @@ struct Part {
   std::unique_ptr<Solid> solid;
 };
 
-constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from the centre of a voxel to its corners
-// Voxels; if the distance between two surfaces is smaller than this, they count as one surface, which belongs to the
-// later solid.
+constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
+// Surfaces closer to each other than this count as one surface, which belongs to the later solid; voxels.
 constexpr double kTies = 1e-6;
 
-/// Returns the point inside a voxel at which its label is determined, in voxels relative to the centre. The points of
-/// neighbouring voxels differ, and are evenly distributed along each axis (sequence R2 of Roberts 2018, "The
-/// unreasonable effectiveness of quasirandom sequences"). So at a border, the number of voxels of each tissue is
-/// proportional to its volume. If the label were always determined at the centre, a border could shift by up to half a
-/// voxel.
+/// Returns the point inside a voxel at which its label is determined, relative to the centre, in voxels. Evenly
+/// distributed points (sequence R2, Roberts 2018) make the number of voxels of each tissue proportional to its volume.
 dvec3 place_within(const glm::ivec3& voxel) {
   constexpr double a = 0.7548776662466927, b = 0.5698402909980532, along = 0.5497004779019703;
   const dvec3 v(voxel);
@@ -294,9 +290,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// Returns the part that contains the centre of voxel `voxel`. If the centre lies outside all parts, but less than
-/// three voxels from one of them, returns the nearest part. So the samples on both sides of a surface have a label.
-/// `distances`: m, for each part the distances of all voxels of the block. `h`: m, edge of a voxel.
+/// Returns the part that contains the centre of `voxel`, or else the nearest part within three voxels. `distances`: for
+/// each part, those of all voxels of the block, m. `h`: edge of a voxel, m.
 const Part* part_around(const std::vector<const Part*>& near, const std::vector<std::vector<double>>& distances,
                         std::size_t voxel, double h) {
   for (std::size_t k = near.size(); k-- > 0;) {
@@ -367,7 +362,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     lo -= dense.band;
     hi += dense.band;
   }
-  // The centres of voxels are multiples of h, so that the samples of a solid do not depend on the bounds of the grid.
+  // Voxel centres are multiples of h, so that the samples of a solid do not depend on the bounds of the grid.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
   constexpr double kMaxVoxels = 6e8;
@@ -383,9 +378,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Samples the solids block by block. Between two points, the distance to a solid changes by at most the distance
-  // between the points. So the distances at the centre of a block show which solids can be near the block, and often
-  // that the whole block is air or deep inside.
+  // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near, because it
+  // changes by at most the distance between two points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {
@@ -404,8 +398,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     const Part* deep = nullptr;
-    // crossed: a border between two labels passes through the block of voxels. covered: one solid contains the whole
-    // block, and the block lies deeper below its surface than the largest stored distance (the band).
+    // crossed: a border between two labels passes through the block. covered: one solid contains the whole block,
+    // deeper below its surface than the band.
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);

@@ -13,44 +13,47 @@
 
 namespace typodont::haptics {
 
-/// Signed distance, negative inside; of intersections and differences never too large. m, W.
+/// Solid with a signed distance in m, W; negative inside. For intersections and differences, a lower bound of the true
+/// distance.
 class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
-  /// The bits of distance(). Faster for a mesh if each point is near the previous one.
+  /// Same values, bit by bit, as distance(). Faster for meshes if consecutive points are close to each other.
   virtual void distances(std::span<const dvec3> p_W, std::span<double> distances) const {
     for (std::size_t i = 0; i < p_W.size(); ++i) distances[i] = distance(p_W[i]);
   }
-  /// Infinite if unbounded.
+  /// Bounding box, m, W; infinite for an unbounded solid.
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
 
-/// Neighbours in succession, for Solid::distances(). From `first` up to, without, `end`.
+/// Lists the voxels from `first` to `end` (exclusive) so that consecutive ones are neighbours, for Solid::distances().
 void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector<glm::ivec3>& voxels);
 
-/// For mesh files in JSON: haptics reads none, `read_mesh_solid` of Typodont::import does.
+/// Access to mesh files that a JSON solid names. This module reads none; `read_mesh_solid` of Typodont::import does.
 struct SolidFiles {
-  /// Empty: in the JSON file's folder.
+  /// Finds a file by its name. Empty: files are in the folder of the JSON file.
   std::function<std::filesystem::path(const Json& name)> find;
-  /// `unit`: metres per unit. Throws Error. Empty: a mesh in JSON is an error.
+  /// Reads a mesh. `unit`: metres per unit of the file. Throws Error. Empty: a mesh in the JSON is an error.
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 
-/// Sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws Error.
+/// Reads a sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection or difference. Throws
+/// Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {});
 
-/// Within `radius` of a–b, which may be equal.
+/// All points within `radius` of the segment a–b; a may equal b.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
-/// "hardness" 0..1 of the tissue's own, as byte (dense_tissue.h); kOwnHardness without. Throws Error.
+/// Reads the key "hardness", a fraction 0..1 of the tissue's own, as byte (dense_tissue.h); kOwnHardness if it is
+/// absent. Throws Error.
 std::uint8_t read_hardness(const Json& json);
 
-/// "tissue" with "solids", sampled on voxels; later solids decide label and hardness. Throws Error, for example if too
-/// large.
+/// Reads a tissue with "solids", and samples it on voxels; a later solid overrides label and hardness of earlier ones.
+/// Throws Error, for example if it is too large.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
-/// As written in a solid or "tissue".
+/// Returns the names of mesh files as the JSON of a solid or tissue states them.
 std::vector<Json> mesh_files(const Json& json);
 
 }  // namespace typodont::haptics

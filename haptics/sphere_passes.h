@@ -1,5 +1,5 @@
-// Passes of "packing" over all spheres (S2 in docs/papers.md): first contact, material there, removal along the path.
-// On a GPU a thread per sphere; another module registers Vulkan.
+// The three passes of the contact model "packing" over all spheres (S2 in docs/papers.md): first contact, overlap, and
+// removal along the path. On a GPU, each sphere has a thread; another module registers the Vulkan version.
 #pragma once
 
 #include <algorithm>
@@ -17,25 +17,26 @@ namespace typodont::haptics {
 
 namespace packing {
 
-/// What counts as removed of a partly cut sphere.
+/// Which volume of a partly cut sphere counts as removed.
 enum class Removal {
-  // what the tool covers of the uncut sphere (lens, eq. 2 of S2)
+  // Intersection of the tool with the uncut sphere (lens, eq. 2 of S2).
   kMended,
-  // what it shrinks by (eq. 6 of S2 as printed): about 2r/δ times too much at small overlap δ
+  // Shrinkage of the sphere (eq. 6 of S2 as printed): about 2r/δ times too much at a small overlap δ.
   kAsPrinted,
 };
 
-/// A cut sphere. `base` is it before the present cut; eq. 6 of S2 gives the present one. Ten doubles for shaders.
+/// A cut sphere: `base` before the current cut; eq. 6 of S2 then gives the current sphere. Ten doubles, as in the
+/// shaders.
 struct CutSphere {
-  dvec3 base{0};           // m, W, before the present cut
+  dvec3 base{0};           // m, W, centre before the current cut
   double base_radius = 0;  // m, radius of the sphere `base`
-  // m³ that `base` stands for, with its part of the gaps
+  // Volume that `base` represents, including its part of the gaps between spheres, m³.
   double base_volume = 0;
-  // unit vector to the base's centre, from the nearest point of the cutting path
+  // Unit vector from the nearest point of the cutting path to the base's centre.
   dvec3 away{0};
-  // m, largest overlap with the base; at 2 · base_radius it is gone
+  // Largest overlap with the base, m; at 2 · base_radius the sphere is gone.
   double overlap = 0;
-  double tool = 0;  // m, of the ball that cut
+  double tool = 0;  // m, radius of the tool sphere that cut
 
   bool operator==(const CutSphere&) const = default;
   double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }
@@ -45,68 +46,69 @@ static_assert(sizeof(CutSphere) == 10 * sizeof(double));
 
 }  // namespace packing
 
-/// Moves by `way`. m, W.
+/// Sphere of the tool that moves by the vector `way`; m, W.
 struct SweptBall {
   dvec3 from{0}, way{0};
   double radius = 0;
 };
-/// At rest. m, W.
+/// Sphere of the tool at rest; m, W.
 struct RestingBall {
   dvec3 p{0};
   double radius = 0;
 };
-/// Cuts from `from` to `to`; spheres near `from` to `near_to`, at or beyond `to`, are examined. m, W.
+/// Sphere of the tool that cuts from `from` to `to`; m, W. Tissue spheres near the path from `from` to `near_to` (at or
+/// beyond `to`) are examined.
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;
 };
 
-/// Earliest; at equal times the lowest `ball`, then the lowest `sphere`.
+/// Earliest contact; at equal times, the one with the lowest `ball`, then the lowest `sphere`.
 struct FirstContact {
-  // of the path, 0 to 1; infinity: none
+  // Fraction 0..1 of the path; infinity: no contact.
   double t = std::numeric_limits<double>::infinity();
-  // of tool and tissue; -1: none
+  // Indices of the tool sphere and the tissue sphere; -1: no contact.
   int ball = -1, sphere = -1;
 };
-/// m³, overlap or removal.
+/// Volume of a sphere pair, m³: overlap, or removed volume.
 struct SphereShare {
   std::uint32_t ball, sphere;
   double volume;
 };
-/// After a tool's sphere.
+/// State of a tissue sphere after a tool sphere has cut it.
 struct SphereChange {
   std::uint32_t ball, sphere;
   packing::CutSphere after;
 };
 
-/// On a GPU, with the CPU's bits; lists unsorted. One thread at a time, after set-up the servo's. False: the GPU's
-/// tissue is unknown, load() first.
+/// The passes on a GPU, with the same bits as on the CPU; result lists are not sorted. Used by one thread at a time. If
+/// a function returns false, the tissue on the GPU is unknown: call load().
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;
 
   /// Returns the name of the GPU, for messages.
   virtual std::string device() const = 0;
-  /// of the tissue; most_balls(): of a tool, at most.
+  /// Number of spheres: spheres() of the tissue; most_balls() of a tool, at most.
   virtual std::size_t spheres() const noexcept = 0;
   virtual std::size_t most_balls() const noexcept = 0;
 
-  /// Whole tissue, spheres() elements.
+  /// Loads the whole tissue: spheres() elements.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;
 
-  /// Pass 1: first contact on the spheres' path.
+  /// Pass 1: finds the first contact of moving tool spheres.
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
-  /// Pass 2: overlapping pairs, with volumes. Until the next call.
+  /// Pass 2: finds overlapping pairs with their volumes. The result is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3 without a change: what each tool sphere would remove from each of the tissue, one after the other, nothing
-  /// twice.
+  /// Pass 3 without changing the tissue: the volume that each tool sphere, in turn, would remove from each tissue
+  /// sphere. No volume counts twice.
   virtual bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3: one tool sphere after the other. All changes of each tissue sphere.
+  /// Pass 3: removes tissue, one tool sphere after another. `found`: all changes of each tissue sphere.
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;
 };
 
-/// At set-up, for so many spheres; null without a fitting GPU. A software GPU only with `any_device`, for tests and
-/// measurements.
+/// Creates the passes for a number of spheres, at set-up; null if no GPU is suitable. `any_device`: also accepts a
+/// software GPU, for tests and measurements.
 using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_t spheres, bool any_device)>;
 
 /// Registers, before main(), a function that creates the passes. Declare an object at namespace scope:
@@ -114,7 +116,7 @@ using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_
 struct SpherePassesRegistration {
   explicit SpherePassesRegistration(SpherePassesMaker maker);
 };
-/// Null if none is registered.
+/// Returns null if no maker is registered.
 std::unique_ptr<SpherePasses> make_sphere_passes(std::size_t spheres, bool any_device);
 
 }  // namespace typodont::haptics

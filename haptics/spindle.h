@@ -1,4 +1,4 @@
-// The bur's motor: ideal, or with a linear torque–speed curve, at first at a held speed.
+// Motor of the bur: ideal, or with constant speed up to a torque and then a linear torque–speed curve.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,21 @@
 
 namespace typodont::haptics {
 
-/// T = T_h + (T_s − T_h) (1 − ω/ω₀). Up to T_h a controlled electric motor holds ω₀; T_h = 0: an air turbine.
+/// T = T_h + (T_s − T_h) (1 − ω/ω₀). A controlled electric motor keeps ω₀ up to the torque T_h; for an air turbine, T_h
+/// = 0.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, speed ω₀ without load, at full pedal
-  double stall_torque = 0;  // N·m, T_s at full pedal; 0: ideal, no drop under load
+  double stall_torque = 0;  // N·m, T_s at full pedal; 0: ideal motor, whose speed does not fall under load
   double held_torque = 0;   // N·m, T_h at full pedal
-  // s, time constant of the speed; 0: at once
+  // Time constant of the speed, s; 0: the speed changes at once.
   double run_up_time = 0;
-  // Drawn with this motor (as Tool::handpiece); empty: a turbine.
+  // Handpiece drawn with this motor (as Tool::handpiece); empty: a turbine.
   std::string handpiece;
-  std::optional<Nozzles> nozzles;  // not used by the servo
+  std::optional<Nozzles> nozzles;  // water and air nozzles; not used by the servo
 };
 
-/// Under a load, pedal 0..1. Above stall torque both are 0.
+/// Speed and power under a load. At more than the stall torque, both are 0.
 struct SpindleLoad {
   double speed = 0;  // rad/s, speed under load
   double power = 0;  // W, power available for cutting
@@ -35,7 +36,7 @@ inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, d
   return {free_speed_now * fraction, torque * free_speed_now * fraction};
 }
 
-/// Of assets/motors/. Throws Error.
+/// Reads a file of assets/motors/. Throws Error.
 Spindle read_spindle(const Json& json);
 
 }  // namespace typodont::haptics

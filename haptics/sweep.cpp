@@ -12,22 +12,24 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels of path in one step: cuts at the end pose, then searches samples that were deeper on the way.
+// Longest path of a short sweep, voxels. A short sweep cuts at its end pose, then searches samples that were deeper in
+// the head earlier on the path.
 constexpr double kShort = 3;
-// Voxels sideways per step of a drill along its axis; over a whole bed far below kTop (5e-4 voxel), the tolerance of
-// depths.
+// Largest sideways motion of a drill "along its axis" per step, voxels. Over a whole bed, the sum stays far below kTop
+// (5e-4 voxels), the tolerance of depths.
 constexpr double kAlongAxis = 1e-9;
 
-/// A flat-ended cylinder: the rim's fast code is exact for it only.
+/// Returns true for a cylinder with a flat end. The fast code for the rim is exact only for this shape.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
   return end.nax == 0 && end.naz == -1 && flank.nax == 1 && flank.naz == 0 && end.length == flank.ax &&
          end.bz == flank.az;
 }
 
-/// The drill moves from A to B (voxels) along its axis, free end ahead.
+/// Returns true if the drill moves from A to B (voxels) along its axis, with the free end ahead.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // At least as long as wide: a shorter head's upper end could change what the lower one cuts.
+  // The head must be at least as long as wide; the upper end of a shorter one could change samples that the lower end
+  // cuts.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -35,9 +37,9 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, from a sample's curved path to its straight segments.
+// Largest distance from a sample's curved path to its straight segments, voxels.
 constexpr double kBend = 0.01;
-// Voxels, the same for a round end; the correction Straight::bend_turn makes the rest much smaller.
+// The same tolerance for a round end, voxels; the correction Straight::bend_turn makes the real error much smaller.
 constexpr double kMostBend = 0.03;
 
 }  // namespace
@@ -58,8 +60,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : displacement_bound(X_VA_, X_VB_, reach);
   if (!sphere_) {
-    // In a rotating head's frame a sample's path is curved: off a line by an eighth of the change of its direction
-    // vector.
+    // In the frame of a rotating head, a sample's path is curved. It deviates from a straight line by an eighth of the
+    // change of its direction vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const HeadField head(tool, frame.voxel);
@@ -72,14 +74,15 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ =
         continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // Beside a drill that moves along its axis, samples nearest to the flank at A do not change.
+      // Beside a drill that moves along its axis, samples that were nearest to the flank at A do not change.
       const MeridianPiece& end = pieces_[0];  // from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
     }
   }
 
-  // The ball of a slender head is mostly empty: for a short path, the cylinder at both poses.
+  // The enclosing ball of a slender head is mostly empty. So for a short path, the box encloses the cylinders at both
+  // poses.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
@@ -87,7 +90,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double half = along_axis_ ? 0 : tool.length / 2;
     return (half * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
   };
-  // Only near the disc at its end.
+  // A drill along its axis cuts near its end face.
   const dvec3 to_end = along_axis_ ? X_WA.R * dvec3(0, 0, -tool.length / 2 / frame.voxel) : dvec3(0);
   const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
   lo_ = glm::ivec3(glm::ceil(to_end + glm::min(a - extent_a, b - extent_b)));
@@ -138,7 +141,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // voxels from the sweep's box: list's path, motion since, rounding
+  // Distance of listed samples from the sweep's box, voxels: path of the list, motion since then, rounding.
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;
@@ -147,10 +150,10 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
-  // Also motion through air counts.
+  // The path includes motion through air since the last sweep.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The lists go a voxel beyond the sweep, and so must the patch.
+  // The lists contain samples up to a voxel beyond the sweep's box, so the patch must contain them too.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

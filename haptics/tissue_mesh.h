@@ -19,10 +19,8 @@ struct TissueMesh {
   std::vector<Tissue> tissue;         // tissue below each triangle
 };
 
-/// Returns the tissue's surface as a mesh, for contact models that use meshes. If the volume was made from a mesh
-/// (TissueVolume::mesh), returns that mesh. Otherwise returns the zero set of its distance field, with one or two
-/// triangles per grid cell; the label of each triangle is that of the tissue half a voxel below it. Empty if there is
-/// no tissue. Not for the servo thread.
+/// Returns the tissue's surface as a mesh: the source mesh (TissueVolume::mesh), or else the zero set of the distance
+/// field. Labels are read half a voxel below the surface. Not for the servo thread.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

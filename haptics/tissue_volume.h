@@ -29,16 +29,15 @@ struct RasterBlock {
   std::vector<float> distance;
 };
 
-/// The tissue as a sparse distance field, and its only owner. Used by one thread at a time (the carver thread). Set-up
-/// functions throw Error.
+/// The tissue as a sparse distance field, and its only owner. Used by one thread at a time, in a session the carver
+/// thread. Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
 /// contract/tissue.h), both with a linear transform whose scale is the voxel size in mm, and the metadata
-/// "typodont_version". A file with fillings has a third grid, "tissue_before_filling": the label before the filling,
-/// plus one. The grid "distance" of imported tissue has the metadata "typodont_file_rotation_x", _y and _z (rows of a
-/// rotation matrix), "typodont_file_origin" (mm) and "typodont_file_axes" ("LPS" or "RAS"), which give its FilePlace.
-/// If the hardness of any voxel differs from its tissue's own, the file has a grid "hardness": int32, 1 to 255
-/// (dense_tissue.h), background 255.
+/// "typodont_version". Further grids: "tissue_before_filling" (label before the filling, plus one) and "hardness"
+/// (int32, 1 to 255, background 255; dense_tissue.h), if needed. FilePlace of imported tissue: metadata
+/// "typodont_file_rotation_x", _y, _z (rows of a rotation matrix), "typodont_file_origin" (mm) and "typodont_file_axes"
+/// ("LPS" or "RAS") of the grid "distance".
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -64,30 +63,29 @@ class TissueVolume {
   /// than band(). If there are none, lo is larger than hi.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
-  /// Returns true if any voxel has ever had another hardness than its tissue's own. Otherwise hardness uses no memory.
+  /// Returns true if any voxel ever had another hardness than its tissue's own. Otherwise hardness uses no memory.
   bool graded() const;
 
-  /// Copies a box of samples that starts at voxel `lo`: distances in voxels (at most the stored band), labels, and
-  /// hardness (dense_tissue.h). z runs fastest. A null pointer means that this array is not copied.
+  /// Copies a box of samples from voxel `lo` on: distances in voxels (limited to the band), labels, and hardness
+  /// (dense_tissue.h). z runs fastest. An array whose pointer is null is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (the servo's copy of the
-  /// tissue, label.h). For a filled voxel, copies the hardness from before the filling.
+  /// Copies a box of samples for a patch (the servo's copy of the tissue), with labels in the patch's encoding
+  /// (label.h). A filled voxel has the hardness from before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// Sets `a_lo` and `a_hi` to the corners of the bounding box of all fillings inside the box lo..hi. Without fillings
   /// there, a_lo is larger than a_hi.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
-  /// Copies a box of every n-th sample, for a coarse patch (copy of the tissue); the first sample is at voxel n·lo.
-  /// Distances are in coarse voxels, which are n times as large. Near a cut, the field is exact only close to the
-  /// surface, so deeper samples get the distance −Sweep::kMargin. `hardness` may be null.
+  /// Copies every n-th sample, for a coarse patch; the first sample is at voxel n·lo. Distances are in coarse voxels;
+  /// inside, they may be −Sweep::kMargin, because the field is inexact there after a cut.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  // The following functions update a box of copied samples, which then need not be copied completely again.
-  /// Returns a number that identifies the present state of the tissue, for written_since(). It is never 0, and
-  /// different volumes have different numbers.
+  // The following functions update a box of copied samples, so that it need not be copied completely.
+  /// Returns a number for the current state of the tissue, for written_since(). It is never 0, and differs between
+  /// volumes.
   std::uint64_t mark();
   /// The writes of carve() and fill() since a mark.
   struct Written {
@@ -95,14 +93,13 @@ class TissueVolume {
     std::vector<glm::ivec3> leaves;  // first voxel of each written leaf (8³ samples); a leaf may be listed twice
     bool listed = true;              // true: `leaves` contains all leaves; false: only `box` is known
   };
-  /// Sets `written` to all writes of carve() and fill() since `mark`. Returns false if these writes are not known any
-  /// more, because the mark is too old, or because of an undo or painting.
+  /// Sets `written` to all writes of carve() and fill() since `mark`. Returns false if they are unknown: the mark is
+  /// too old, or an undo or painting came after it.
   bool written_since(std::uint64_t mark, Written& written) const;
-  /// Returns the number of changes so far that the servo does not make in its patch (copy of the tissue) itself. These
-  /// are all changes other than cuts and fillings: undo, redo, the removal of a loose piece, painting, a placed
-  /// implant.
+  /// Returns the number of changes that the servo does not make in its patch itself: undo, redo, removal of a loose
+  /// piece, painting, a placed implant.
   std::uint64_t foreign_changes() const;
-  /// A box of copied samples: every voxel, or every n-th voxel.
+  /// A box of copied samples: all voxels, or every n-th.
   struct Copied {
     glm::ivec3 lo, size;
     float* distance;
@@ -123,8 +120,8 @@ class TissueVolume {
   /// if voxels inside the box `written` were changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
-  /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
-  /// become air.
+  /// Result of a removal: bounding box of the writes, and blocks (see solid_block()) in which tissue may have become
+  /// air.
   struct Carved {
     VoxelBox box;
     std::vector<BlockPart> blocks;
@@ -135,7 +132,7 @@ class TissueVolume {
   /// Removes whole voxels: those whose centres lie in the head, whose shape and pose `stamp` contains.
   Carved carve(const VoxelStamp& stamp);
 
-  /// Replaces the distances of a block. Labels do not change. Returns the bounding box of the writes.
+  /// Replaces the distances of a block; labels do not change. Returns the bounding box of the writes.
   VoxelBox replace(const RasterBlock& block);
 
   /// Adds a filling: each distance becomes the smaller of itself and the distance to the filling. Voxels that were
@@ -147,16 +144,16 @@ class TissueVolume {
   /// Determines which samples of a block of 8³ samples are inside tissue. The first sample of the block is at voxel
   /// 8·key.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
-  /// Returns which tissues the labels of a block of 8³ voxels show: bit t of the result is set if a voxel shows tissue
-  /// t. The first voxel of the block is at 8·key.
+  /// Returns the tissues in a block of 8³ voxels: bit t is set if a voxel has the label t. The first voxel of the block
+  /// is at 8·key.
   std::uint32_t tissues_in_block(const glm::ivec3& key) const;
 
   /// Removes a loose piece and corrects the distances around it. Labels do not change. Returns the volume of the piece
   /// per tissue, m³.
   PerTissue remove_piece(const TissuePiece& piece);
 
-  /// Gives all tissue inside the solid a new label and hardness. Tests the voxel centres, and includes one voxel beyond
-  /// the surface. A filled voxel gets only the label. Returns false if the solid contains no tissue.
+  /// Gives all voxels whose centres are inside the solid, and the next voxel beyond its surface, a new label and
+  /// hardness. A filled voxel gets only the label. Returns false if the solid contains no tissue.
   bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
   /// Returns how many calls of paint() have changed tissue.
   std::uint64_t paints() const;
@@ -164,10 +161,10 @@ class TissueVolume {
   // Strokes: all cuts and paints from begin_stroke() on are undone and redone together. The memory is proportional to
   // the number of changed leaves (8³ voxels); nothing is stored before the first stroke.
   void begin_stroke();
-  /// Ends the present stroke. A stroke without changes is discarded.
+  /// Ends the current stroke. A stroke without changes is discarded.
   void end_stroke();
-  /// Returns the volume that all undos have restored, minus the volume that redos have removed again, m³ (negative for
-  /// undone fillings).
+  /// Returns the volume that undos have restored minus the volume that redos have removed again, m³; negative for
+  /// undone fillings.
   const PerTissue& taken_back() const;
   /// undo() reverts the last stroke, and redo() repeats the stroke that was undone last. Each returns false if there is
   /// no such stroke. If a new stroke begins after an undo, the undone strokes are discarded.
@@ -190,7 +187,7 @@ class TissueVolume {
   /// Returns the tissue before the first cut; null if neither keep_natural_surface() nor set_natural_surface() was
   /// called. Cuts, fillings and undo do not change this object; a clone() shares it.
   const std::shared_ptr<const NaturalSurface>& natural_surface() const;
-  /// Stores the present tissue as the tissue before the first cut (NaturalSurface).
+  /// Stores the current tissue as the tissue before the first cut (NaturalSurface).
   void keep_natural_surface();
   /// For a volume that was computed from another volume: sets the tissue before the first cut (NaturalSurface).
   void set_natural_surface(std::shared_ptr<const NaturalSurface> natural);
@@ -199,10 +196,10 @@ class TissueVolume {
 
   /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) through which the surface passes.
   std::vector<glm::ivec3> surface_bricks() const;
-  /// Returns the keys of the bricks (blocks that are drawn as one) that have changed since the last call. A changed
-  /// sample at the border of a brick also belongs to the neighbouring bricks, which are then included.
+  /// Returns the keys of the bricks that have changed since the last call. A changed sample at the border of a brick
+  /// also belongs to the neighbouring bricks.
   std::vector<glm::ivec3> take_changed_bricks();
-  // Reads a brick (a block that is drawn as one). The labels of a brick without surface are kAir.
+  // Reads a brick (a block that is drawn as one). Without surface in the brick, its labels are kAir.
   void read_brick(const glm::ivec3& key, FieldBrick& brick) const;
 
   /// Returns the volume of each tissue, m³. A voxel at the surface counts with the fraction that lies inside.
@@ -210,8 +207,8 @@ class TissueVolume {
   /// Returns for each tissue the sum of (volume of a voxel × its hardness 0..1), m³. The ratio to volumes() is the mean
   /// hardness.
   PerTissue hardness_volumes() const;
-  /// Returns the FNV-1a hash over the bytes of all active samples in index order, including hardness. Equal fields have
-  /// equal hashes.
+  /// Returns the FNV-1a hash over all active samples in index order, including hardness. Equal fields have equal
+  /// hashes.
   std::uint64_t hash() const;
 
  private:

@@ -17,10 +17,12 @@ namespace {
 
 using glm::dvec2;
 
-// in diameters above the free end: below it surface samples have constant density, above it denser towards the end
+// Height above the free end in diameters: below it, surface samples have constant density; above it, the density
+// decreases with height.
 constexpr double kBluntEnd = 0.1;
 
-/// A meridian is a convex chain of lines and arcs in (ρ ≥ 0, z) from free to shank end; its distance is the surface's.
+/// Piece of a meridian: a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank end. The distance
+/// to the chain is the distance to the surface.
 struct Piece {
   dvec2 a, b;          // end points of the piece
   dvec2 center{0, 0};  // centre of the arc
@@ -41,7 +43,7 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
   return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
 }
 
-// Per shape, from free to shank end.
+// Meridians of the shapes, from the free end to the shank end.
 
 Meridian sphere(const Tool& tool) {
   const double r = tool.radius();
@@ -59,7 +61,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// A hemisphere at the free end, within the length.
+/// Cylinder with a hemisphere at the free end; `length` includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -69,7 +71,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// Tip at the free end.
+/// Cone with its tip at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -78,12 +80,12 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// Full-width hemisphere, then a tangent cone to a neck half as wide.
+/// Hemisphere of full width, then a tangent cone to a neck of half the width.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // At the tangent point the radius is perpendicular to the line.
+  // At the tangent point, radius and line are perpendicular.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -94,12 +96,13 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// An arc from the tip to the largest diameter at a third, then a cone to a neck half as wide.
+/// Arc from the tip to the largest diameter at a third of the length, then a cone to a neck of half the width.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
   const double rise = belly + half;
-  // Radius R through the tip (0, -half), vertical at (r, belly): centre (r - R, belly).
+  // The arc of radius R passes through the tip (0, -half) and is vertical at (r, belly), so its centre is (r - R,
+  // belly).
   const double big = (r * r + rise * rise) / (2 * r);
   const dvec2 center(r - big, belly);
   Meridian m;
@@ -109,7 +112,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Widest at the free end, neck half as wide.
+/// Cone that is widest at the free end, with a neck of half the width.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -119,7 +122,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// Widens from the neck to full diameter.
+/// Shank that widens from the neck to the full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -140,7 +143,7 @@ struct ShapeKind {
   HeadShape shape;
   std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
-  double least_length;  // length / diameter; 0: any
+  double least_length;  // smallest ratio of length to diameter; 0: any
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
@@ -152,7 +155,7 @@ constexpr std::array kShapes = {
     ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
 };
 
-/// Null for a shaft.
+/// Returns null for a shaft.
 const ShapeKind* kind_of(HeadShape shape) {
   const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
   return row == kShapes.end() ? nullptr : &*row;
@@ -163,7 +166,7 @@ Meridian meridian(const Tool& tool) {
   return kind ? kind->meridian(tool) : shaft(tool);
 }
 
-/// "sphere, cylinder or cone".
+/// Names of the shapes for messages: "sphere, cylinder or cone".
 std::string names_of_shapes() {
   std::string text;
   for (std::size_t i = 0; i < kShapes.size(); ++i) {
@@ -201,7 +204,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // Where the ball is as wide as the shank's neck.
+  // The shank begins where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -247,17 +250,18 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// From (rho, z), in the half plane; `n_rho`, `n_z`: unit direction of increase.
+/// Returns the signed distance of the point (rho, z) of the half plane. `n_rho`, `n_z`: unit direction in which it
+/// increases.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
-  // squared distance, and way from the closest point
+  // Squared distance to the closest point, and vector from there to the query point.
   double best2 = 1e300, best_x = 0, best_z = 0;
-  // unit normal of the closest piece, for points on the surface
+  // Normal of the closest piece, for points on the surface.
   double way_x = 0, way_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const double side = piece.dx * ez - piece.dz * ex;  // positive inside, left of a→b
+    const double side = piece.dx * ez - piece.dz * ex;  // positive inside: the point is left of the direction a→b
     double fx, fz, nx, nz;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
@@ -265,8 +269,8 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       nx = piece.dz, nz = -piece.dx;
       outside |= side < 0;
     } else {
-      // On the arc itself, if the direction from its centre lies between the ends (counter-clockwise in (ρ, z), below
-      // 180°).
+      // The closest point lies on the arc itself if the direction from its centre is between the directions to its ends
+      // (counter-clockwise in (ρ, z), less than 180°).
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
                    wz = piece.bz - piece.cz;
@@ -339,7 +343,7 @@ double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
 
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
-  // Bisection: along ρ, a convex meridian has one change of sign.
+  // Bisection along ρ: the head is convex, so the sign changes only once.
   double lo = 0, hi = radius() * (1 + 1e-9);
   for (int i = 0; i < 60; ++i) {
     const double mid = (lo + hi) / 2;
@@ -361,8 +365,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // Quantiles (i + 1/2)/count of the density along the meridian, turned by the golden angle. Density area / (height
-  // above the end)²: each doubling of height has equally many.
+  // Places samples at the quantiles (i + 1/2)/count of a density along the meridian, each turned by the golden angle.
+  // The density area / (height above the end)² puts equally many into each doubling of the height.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -459,7 +463,7 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // A step from neck to shank would be concave: a very short cone.
+    // A sudden step from neck to shank would be concave, so a very short cone replaces it.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -1,4 +1,4 @@
-// One description for contact, cutting and drawing.
+// Description of a tool, used for contact, cutting and drawing.
 #pragma once
 
 #include <filesystem>
@@ -15,40 +15,42 @@
 
 namespace typodont::haptics {
 
-/// Revolution about z; shank at +z, free end at -z. T's origin is a ball's centre, otherwise the axis's middle. (kShaft
-/// is for shanks only.) Table in tool.cpp.
+/// Solid of revolution about z, with the shank at +z and the free end at -z. The origin of T is the centre of a ball,
+/// or the middle of another head's axis. kShaft is for shanks only.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
 /// Returns all shapes that a scene can use.
 std::vector<HeadShape> head_shapes();
-/// In scenes, for example "round_end_cylinder"; a shaft is a cylinder.
+/// Returns the name in scenes, for example "round_end_cylinder"; that of a shaft is "cylinder".
 std::string_view name_of(HeadShape shape) noexcept;
 
 struct Tool;
 class Solid;
 
-/// For fast queries: convex chain of lines and arcs in (ρ ≥ 0, z), whose distance is the surface's. Any unit of length.
-/// Never allocates.
+/// Distance field of a head for fast queries: its meridian is a convex chain of lines and arcs in (ρ ≥ 0, z). Any unit
+/// of length. Never allocates.
 class HeadField {
  public:
   HeadField() = default;
-  /// `unit`: m per unit of the results, for example a voxel.
+  /// `unit`: m per unit of the results, for example the size of a voxel.
   HeadField(const Tool& tool, double unit);
-  /// With the way out: a cylinder of the widest radius from there, 1 m towards the shank.
+  /// Field of the head and its exit path: a cylinder with the head's largest radius, from the widest point 1 m towards
+  /// the shank.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
-  /// Point in T; negative inside; exact.
+  /// Signed distance of a point in T; negative inside; exact.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// With the distance to each piece: one that exceeds the smallest by more than 2 r is nowhere closest within r.
+  /// Also returns the distance to each piece. A piece whose distance exceeds the smallest by more than 2 r is nowhere
+  /// the closest within radius r of the point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// With the unit direction of increase, T.
+  /// Also returns the unit direction of increasing distance, T.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
-  // Free to shank end, double precision. (Sweep uses floats.)
+  // Meridian from the free end to the shank end, in double precision. (Sweep uses floats.)
   static constexpr int kMaxPieces = 4;
   struct Piece {
-    double ax = 0, az = 0, bx = 0, bz = 0;  // ends, (ρ, z)
+    double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)
     double dx = 0, dz = 0, inverse2 = 0;    // vector b - a, and 1/|b - a|²
-    double cx = 0, cz = 0, radius = 0;      // of an arc; radius 0: a line
+    double cx = 0, cz = 0, radius = 0;      // centre and radius of an arc; radius 0: a line
   };
   Piece pieces[kMaxPieces];
   int count = 0;
@@ -62,87 +64,90 @@ struct Tool {
   std::string iso_code;  // ISO 6360 code, if the tool has one
   HeadShape shape = HeadShape::kSphere;
   double diameter = 1.2e-3;  // m, largest diameter of the head
-  double length = 1.2e-3;    // m along the axis; ball: diameter
-  bool cuts = true;          // probes and gauges touch but never remove
-  // of the normal force that cuts, at the side
+  double length = 1.2e-3;    // m, along the axis; for a ball, its diameter
+  bool cuts = true;          // false: probe or gauge, which touches but never cuts
+  // Fraction of the normal force that cuts, at the side of the head.
   double side_efficiency = 1;
-  // The same at the end; in between by the squared cosine with the axis.
+  // Fraction of the normal force that cuts, at the end. In between, interpolated by the squared cosine of the angle to
+  // the axis.
   double end_efficiency = 1;
-  // Of the hand's push, for an edge drawn along the path; 0: none.
+  // Fraction of the hand's push that scrapes, for an edge that is drawn along the path; 0: does not scrape.
   double scrapes = 0;
-  double sink_yield = 0;  // N, at which the tip sinks into softened tissue; 0: never
-  // μ_c: tangential cutting / normal force (Preston, Archard), where the tissue's EdgeLaw states none
+  double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: never sinks
+  // μ_c: tangential cutting force / normal force (Preston, Archard), used where the tissue's EdgeLaw states none.
   double cutting_coefficient = 0.3;
   // Edges: a drill's blades cut by Material::blade, a diamond's grains by Material::grit. 0: not stated.
   int blades = 0;
   double grit = 0;  // m, mean size of the grains
 
-  // Never cut: the shank from the head's upper end to the handpiece, widening from its neck; the safe end, a round pin
-  // beyond the free end.
-  double shank_length = 0;         // m that can touch; 0: none
-  double shank_diameter = 1.6e-3;  // m; default: friction grip, ISO 1797 type 3
+  // Parts that never cut: the shank from the head to the handpiece, which widens from its neck; the safe end, a round
+  // pin beyond the free end.
+  double shank_length = 0;         // m, length that can touch tissue; 0: no shank
+  double shank_diameter = 1.6e-3;  // m; default: friction grip shank, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck
-  double neck_length = 0;          // m, from neck to full diameter
-  double safe_length = 0;          // m; 0: none
+  double neck_length = 0;          // m, length from the neck to the full diameter
+  double safe_length = 0;          // m; 0: no safe end
   double safe_diameter = 0;        // m, diameter of the safe end
 
-  // added at the free end under the pedal; kAir: nothing
+  // Tissue that is added at the free end while the pedal is pressed; kAir: none.
   Tissue fill = Tissue::kAir;
   double fill_rate = 0;   // m³/s, rate of filling at full pedal
-  double fill_reach = 0;  // m from the free end
-  // Limits filling: the cavity, or the tooth before; null: none.
+  double fill_reach = 0;  // m, largest distance of the filling from the free end
+  // Solid that limits the filling: the cavity, or the original tooth; null: no limit.
   std::shared_ptr<const Solid> fill_within;
 
-  // Drawn with the tool: a file of assets/handpieces/, or "none"; empty: by engine/app/scene/handpiece_file.h.
+  // Handpiece drawn with the tool: a file of assets/handpieces/, or "none"; empty: chosen by
+  // engine/app/scene/handpiece_file.h.
   std::string handpiece;
 
-  // for implant surgery; null: not
+  // Properties of an instrument for implant surgery; null: other tool.
   std::shared_ptr<const ImplantTool> implant;
 
   bool edges_known() const { return blades > 0 || grit > 0; }
-  /// A diamond that removes the bulk, ISO 6360 code 534 or coarser.
+  /// Returns true for a diamond that removes the bulk (ISO 6360 code 534 or coarser).
   bool coarse() const { return grit >= 140e-6; }
-  /// By rotation; others scrape or never cut.
+  /// Returns true if the tool cuts by rotation; other tools scrape or never cut.
   bool turns() const { return cuts && scrapes == 0; }
-  /// It has a thread.
+  /// Returns true if the tool can rotate backward, because it has a thread.
   bool reverses() const { return implant && implant->threaded(); }
-  /// rad/s unloaded at full pedal. `motor`: rad/s of the motor.
+  /// Speed without load at full pedal, rad/s. `motor`: free speed of the motor, rad/s.
   double free_speed(double motor) const {
     if (!implant) return motor;
     return implant->by_hand ? 0 : implant->top_speed > 0 ? implant->top_speed : motor;
   }
   double radius() const { return diameter / 2; }
-  /// m, centre to ends along the axis.
+  /// Distance from the head's centre to its ends along the axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
-  /// m, T's origin to the head's farthest point.
+  /// Distance from the origin of T to the head's farthest point, m.
   double reach() const;
-  /// m, negative inside; exact.
+  /// Signed distance to the head's surface, m; negative inside; exact.
   double distance(const dvec3& p_TQ) const;
-  /// m at height z; 0 beyond the ends. For drawing and sampling.
+  /// Radius of the head at height z, m; 0 beyond the ends. For drawing and sampling.
   double profile(double z) const;
 };
 
-/// A part that never cuts. `z`: m, of its centre on the axis.
+/// A part of the tool that never cuts. `z`: height of its centre on the axis, m.
 struct NonCuttingPart {
   Tool shape;
   double z = 0;
 };
-/// nullopt: none.
+/// Return nullopt if the tool has no such part.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// m, T's origin to the farthest point of head and safe end; a patch must contain it.
+/// Distance from the origin of T to the farthest point of head and safe end, m. A patch must contain this ball.
 double near_reach(const Tool& tool);
 
-/// With its area; deterministic.
+/// A point on the head's surface.
 struct HeadSample {
   dvec3 p_TQ;   // m, position of the sample
   dvec3 n_T;    // unit normal, pointing out of the head
   double area;  // m², area that the sample represents
 };
-/// Almost even; off a ball, `near_end` of them near the free end, which touches first.
+/// Distributes points over the head almost evenly; deterministic. If the head is not a ball, the fraction `near_end` of
+/// them is near the free end, which touches first.
 std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end = 0);
 
-/// Inline object, or file of assets/tools/. Throws Error.
+/// Reads a tool from an inline object or a file of assets/tools/. Throws Error.
 Tool read_tool(const Json& json);
 
 }  // namespace typodont::haptics

@@ -1,22 +1,22 @@
-// Work done by a thread, read on that thread.
+// Counters of the work done by a thread. Read them on the same thread.
 #pragma once
 
 #include <cstdint>
 
 namespace typodont::haptics {
 
-/// Field queries of surface_patch.h.
+/// This thread's number of queries of the distance field (surface_patch.h).
 std::uint64_t queries_of_this_thread() noexcept;
-/// For code that samples many at once without surface_patch.h.
+/// Adds to the count of queries. For code that samples the field without surface_patch.h.
 void count_queries(std::uint64_t count) noexcept;
-/// Elements near the head that each model examined.
+/// Number of elements near the head that each contact model has examined.
 struct SearchCounts {
-  std::uint64_t spheres = 0;    // number of spheres that the contact model "packing" has examined
-  std::uint64_t triangles = 0;  // number of triangles that the contact model "mesh_lod" has examined
-  std::uint64_t vertices = 0;   // number of vertices that the contact model "vertex" has examined
+  std::uint64_t spheres = 0;    // spheres examined by "packing"
+  std::uint64_t triangles = 0;  // triangles examined by "mesh_lod"
+  std::uint64_t vertices = 0;   // vertices examined by "vertex"
 };
 SearchCounts looks_of_this_thread() noexcept;
-/// Voxels in changed leaves of carve() and fill().
+/// Number of voxels in the leaves that carve() and fill() have changed.
 std::uint64_t voxels_cut_by_this_thread() noexcept;
 
 }  // namespace typodont::haptics

@@ -1,11 +1,10 @@
 #version 460
-// Composes the pictures of two eyes into one screen. If the sizes are equal, bytes are copied unchanged, so that each
-// layout can be decoded exactly. Conditions that are known in advance are constants, because a software renderer
-// executes every branch for every pixel.
+// Composes the pictures of two eyes into one screen. Bytes are copied unchanged if the sizes are equal. Conditions
+// known in advance are constants, because a software renderer executes every branch for every pixel.
 layout(set = 0, binding = 0) uniform sampler2DArray eyes;
 layout(push_constant) uniform Push {
-  // xy: upper left corner of the eye's region, in pixels of the target; z: index of the drawn layer, or the parity of
-  // the first row if rows alternate; w: index of the last layer
+  // xy: upper left corner of the eye's region, pixels of the target; z: index of the drawn layer, or parity of the
+  // first row if rows alternate; w: index of the last layer
   ivec4 place;
 };
 layout(constant_id = 0) const int kMix = 0;  // a value of Mix in engine/display/compose/places.h

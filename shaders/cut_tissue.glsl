@@ -7,22 +7,23 @@ const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
 const vec3 kChalk = vec3(0.66, 0.64, 0.58), kStain = vec3(0.24, 0.14, 0.065), kAffected = vec3(0.30, 0.16, 0.065);
 const float kFrost = 0.06;  // strength of the frost on cut enamel
 
-/// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `wet`: 0 dry, 1 below a film of water;
-/// `thin`: 0 thick, 1 as thin as a voxel; `shows`: visible fraction of the lower tissue. Cut enamel scatters light at
-/// its surface, so it is frosty and whiter. Water fills the roughness of cut enamel, so that its frost disappears. The
-/// frost also decreases with `shows`, so that a cut that reaches dentin at a flat angle has no step of colour. A
-/// natural surface of dentin is a root: cementum is darker than dentin. Thin enamel lets red light pass, so its edge is
-/// bluish grey. `lesion`: nearness of caries, 0 to 1 at its edge: enamel that lost mineral is chalky, and stained near the
-/// caries; affected dentin is brown.
+/// Returns the colour of a surface. `cut`: 0 natural, 1 cut; `wet`: 0 dry, 1 under water; `thin`: 1 as thin as a voxel;
+/// `shows`: visible fraction of the lower tissue; `lesion`: nearness of caries, 1 at its edge.
 vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, float shows, float lesion) {
   if (kView != 0) return color;
   if (tissue == kEnamel) {
+    // Dry cut enamel scatters light at its rough surface, so it is frosty. Water fills the roughness. The frost ends
+    // gradually where the lower tissue becomes visible.
     color = mix(color, vec3(0.66, 0.66, 0.64), kFrost * cut * (1.0 - wet) * (1.0 - shows));
+    // Thin enamel lets red light pass, so its edge is bluish grey.
     color *= mix(vec3(1.0), vec3(0.66, 0.78, 0.90), thin * thin);
+    // Enamel that lost mineral is chalky, and stained near the caries.
     color = mix(color, kChalk, 0.6 * smoothstep(0.0, 0.5, lesion));
     color = mix(color, kStain, 0.8 * smoothstep(0.45, 0.85, lesion));
   } else if (tissue == kDentin) {
+    // A natural surface of dentin is a root, covered with cementum, which is darker.
     color *= mix(vec3(0.92, 0.86, 0.84), vec3(1.0), cut);
+    // Dentin that caries affected is brown.
     color = mix(color, kAffected, 0.8 * smoothstep(0.4, 0.85, lesion));
   }
   return color;

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 
 struct Particle {
   vec4 place;   // xyz: position, m, W; w: age, s
-  vec4 motion;  // xyz: velocity, m/s; w: initial mass, kg; 0: removed by suction
+  vec4 motion;  // xyz: velocity, m/s; w: initial mass, kg, 0: removed
   vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
@@ -16,7 +16,7 @@ layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };
 layout(push_constant) uniform Step {
   vec4 gravity;  // xyz: m/s²; w: length of the step, s
   vec4 origin;  // xyz: origin of the field, m; w: its spacing, m
-  ivec4 size;  // xyz: number of samples of the field; w: capacity for particles
+  ivec4 size;  // xyz: number of field samples; w: capacity for particles
   vec4 sink;  // xyz: position of the nozzle, m; w: strength of suction, m³/s/sr, 0: no suction
   vec4 air;  // x: density, kg/m³; y: viscosity, Pa·s; z: radius of the nozzle, m; w: decay time of the mass, s
   vec4 bounce;  // speed ratios of a bounce, x: normal, y: tangential; z: smallest drawn diameter, m; w: lifetime, s

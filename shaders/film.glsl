@@ -8,7 +8,7 @@ layout(set = 0, binding = 4) uniform sampler3D film_grid;
 /// Returns the film at a point: x: water, 1 − exp(−height / 80 µm); y: opacity of the solids; z: colour of the solids,
 /// 0 enamel, 0.5 dentin, 1 caries; w: blood. Zero outside the grid.
 vec4 film_at(vec3 world) {
-  // position in samples; the first axis of the image is z
+  // position in samples; the image's first axis is z
   vec3 q = (world - frame.film_origin.xyz) * frame.film_origin.w + 0.5;
   return textureLod(film_grid, (q / frame.film_size.xyz).zyx, 0.0);
 }
@@ -16,9 +16,8 @@ vec4 film_at(vec3 world) {
 /// Returns the fraction of a surface that the film makes smooth and shiny. A few micrometres of water are enough.
 float wetness(vec4 film) { return smoothstep(0.01, 0.12, film.x); }
 
-/// Changes colour and look of a surface below the film. Water makes the surface smooth and slightly darker, because
-/// light is reflected inside the film. Solids cover the surface with their own colour, which is milky while wet and
-/// matt when dry. `look`: roughness, dry reflectance, wetness, translucency.
+/// Changes colour and look of a surface below the film. Water makes it smooth and slightly darker; solids cover it with
+/// their colour, milky if wet, matt if dry. `look`: roughness, dry reflectance, wetness, translucency.
 void cover_with_film(vec4 film, inout vec3 color, inout vec4 look) {
   vec3 cream = mix(frame.tissue_color[2].rgb, vec3(0.90, 0.84, 0.70), 0.5);
   vec3 white = mix(frame.tissue_color[1].rgb, vec3(0.95), 0.6);

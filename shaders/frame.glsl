@@ -23,7 +23,7 @@ layout(constant_id = 4) const bool kGlass = false;
 layout(constant_id = 7) const bool kHandpieceShadow = false;
 // true: light from the room and from other surfaces comes from a grid; false: it is estimated from the shape nearby
 layout(constant_id = 10) const bool kLightGrid = false;
-layout(constant_id = 8) const bool kSpot = false;  // true: the border of the lamp's spot lies on the tissue
+layout(constant_id = 8) const bool kSpot = false;  // true: the lamp spot's border lies on the tissue
 // Content of the drawn bricks (BrickKind in passes/bricks.h). The shader is compiled without the code for other
 // content.
 layout(constant_id = 5) const int kHolds = 15;

@@ -8,10 +8,8 @@ float vessels(vec3 p) {
   return max(1.0 - a / 0.05, 0.0) * 0.7 + max(1.0 - b / 0.06, 0.0) * 0.3;
 }
 
-/// Returns the normal of a surface with round dimples like those of orange peel. Each cell of a cubic grid has one
-/// dimple at a random place and with a random size, whose depth falls smoothly to 0 at its edge. A dimple reaches at
-/// most into the next cell, so the eight nearest cells suffice. `spacing`: m, edge of a cell; `tilt`: steepest slope,
-/// rad.
+/// Returns the normal of a surface with dimples like orange peel: one in each cell of a cubic grid, reaching at most
+/// into the next cell. `spacing`: m, edge of a cell; `tilt`: steepest slope, rad.
 vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
   vec3 q = p / spacing, first = floor(q - 0.5), slope = vec3(0);
   for (int i = 0; i < 8; ++i) {
@@ -26,8 +24,7 @@ vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
 }
 
 /// Returns the visibility 0..1 of the short red fibres in denture acrylic. Each cell of a cubic grid has one straight
-/// fibre at a random place and in a random direction. A fibre reaches at most into the next cell, so the eight nearest
-/// cells suffice. `n`: normal of the surface; the acrylic is clear, so fibres below the surface are visible too.
+/// fibre, which reaches at most into the next cell. `n`: normal.
 float fibres(vec3 p, vec3 n) {
   const float spacing = 1.3e-3;  // m, edge of a cell
   const float half_length = 0.38, half_width = 0.028, deepest = 0.3;  // cells
@@ -48,10 +45,8 @@ float fibres(vec3 p, vec3 n) {
   return seen;
 }
 
-/// Changes the colour, the normal of the surface and the normal of the wet film. The texture of gum has a mean factor
-/// of 1, so that pictures without textures (light per vertex) have the same mean colour. tests/reference/draw.py has
-/// copies of the coarse colour textures. `p`: m, position in the mesh's frame; `mobile`: fraction of mucosa in the gum,
-/// 0..1.
+/// Changes the colour, the surface's normal and the wet film's normal. Mean factor of the colour texture: 1; draw.py in
+/// tests/reference has copies of it. `p`: m, mesh frame; `mobile`: fraction of mucosa.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
   vec3 smooth_normal = n;
   if (matter == kGingiva) {

@@ -26,7 +26,7 @@ vec3 in_world(vec4 p) {
 }
 
 void main() {
-  // No part is drawn thinner than 1.5 pixels, as in tool.vert.
+  // Parts are drawn at least 1.5 pixels thick, as in tool.vert.
   mat4 clip = frame.clip_from_world[VIEW];
   vec3 middle = in_world(vec4(in_middle, 1.0)), offset = in_world(vec4(in_position - in_middle, 0.0));
   float least = 0.75 * frame.picture.x * (clip * vec4(middle, 1.0)).w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));

@@ -13,7 +13,7 @@ const float kLeastFacing = 0.3;
 // A surface shadows a point beside it only if its height above the point is larger than this factor times its distance
 // from the point. So concave edges that face the lamp are not dark.
 const float kContact = 2.0;
-const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
+const float kOcclusionRadius = 2.2e-3;  // m, radius in which ambient occlusion is sampled
 
 // Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
 const float kNearMirrored = 0.2;
@@ -36,13 +36,14 @@ vec2 disc(int i, int count) {
 }
 
 const float kShadowScatter = 1.4e-3;  // m, widening of a shadow's edge in wax; same value as in passes/changed.cpp
-const float kToolShadowReach = 25e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
+const float kToolShadowReach = 25e-3;  // m, longest tool shadow; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round body. `way`: distance along the ray to the lamp; `miss`:
-// distance of the ray from the body's middle; `reach`: longest shadow; `scatter`: see shadow_scatter(). The penumbra becomes wider with `way`. A body
-// that is thinner than the penumbra hides only a part of the lamp. A body behind the point casts no shadow.
+// distance of the ray from the body's middle; `reach`: longest shadow; `scatter`: see shadow_scatter().
 float passes(float way, float miss, float radius, float reach, float scatter) {
+  // m, half width of the penumbra, which grows with the distance from the body
   float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0) + scatter;
+  // A body that is thinner than the penumbra hides only a part of the lamp.
   float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
   return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * reach, reach, way));
 }
@@ -61,7 +62,7 @@ float tool_shadow(vec3 p, float scatter) {
   return min(head, passes(way, length(k - way * l), frame.tool_end.w, kToolShadowReach, scatter));
 }
 
-const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
+const float kHandpieceReach = 40e-3;  // m, longest handpiece shadow; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round cone (a sphere with changing radius that is swept from a
 // to b).
@@ -160,7 +161,7 @@ vec4 light_in_tissue(vec3 p) {
 }
 /// Returns 1 where the grid of the light inside tissue has light, and 0 outside the grid, with a soft border.
 float in_tissue_grid(vec3 p) {
-  const float border = 5.0;  // cells
+  const float border = 5.0;  // cells, width of the soft border
   vec3 q = (p - frame.tissue_light_origin.xyz) * frame.tissue_light_origin.w;
   vec3 inner = min(q, frame.tissue_light_cells.xyz - 1.0 - q);
   return smoothstep(0.0, border, min(inner.x, min(inner.y, inner.z)));
@@ -268,9 +269,9 @@ vec3 tinted(vec3 albedo, float translucent, float nv) {
   return albedo * mix(vec3(1.0), vec3(0.80, 0.86, 0.92), translucent * rim);
 }
 
-/// Returns the light that arrives at tissue of this colour and is reflected diffusely. The result does not include the
-/// factor of the colour itself. `light`: see visibility(). If there is a grid of light: `around`: grid_light() at the
-/// surface; `inside`: light_in_tissue(); `known`: in_tissue_grid().
+/// Returns the light that arrives at tissue of this colour and is reflected diffusely, without the colour's own factor.
+/// `light`: visibility(). With a grid of light: `around`: grid_light(); `inside`: light_in_tissue(); `known`:
+/// in_tissue_grid().
 vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec4 light, vec3 around, vec4 inside, float known) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
@@ -323,12 +324,12 @@ struct Around {
   float known;    // in_tissue_grid()
 };
 
-/// Returns the fraction of the light from the room and from other surfaces that a surface reflects towards a viewer
-/// (Fresnel). `f0`: this fraction at normal incidence; `nv`: cosine of the angle between the normal and the direction to
-/// the viewer. For metal, and without a grid of light, Schlick's approximation is used, and a rough surface reflects
-/// less, because it hides the room itself.
+/// Returns the fraction of the surrounding light that a surface reflects towards a viewer (Fresnel; Schlick's
+/// approximation for metal and without a grid of light). `f0`: fraction at normal incidence; `nv`: cosine between
+/// normal and viewer.
 vec3 grazing(Look look, vec3 f0, float rough, float nv) {
   if (kLightGrid && metal_of(look.dry) == 0.0) return vec3(dielectric(f0.x, nv));
+  // A rough surface reflects less: it hides the room itself.
   vec3 most = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
   return f0 + (most - f0) * fifth_power(1.0 - nv);
 }
@@ -346,16 +347,14 @@ float film_passes(float nv, Look look) {
   return kLightGrid ? 1.0 - dielectric(min(film_reflectance(look), 0.5), nv) : 1.0;
 }
 
-/// Returns the density (1/sr) of the half-way directions in which a surface mirrors the lamp. The lamp is a disc, so this
-/// is the GGX distribution, averaged over the disc: the image of a smooth surface is a disc with a sharp edge, and that
-/// of a rough surface is the GGX distribution itself. In the plane of slopes (tangents of the angle to the normal), the
-/// average over a line across the disc is exact, and the width of the disc beside the line is approximated. `nh`, `lh`:
-/// cosine of the angle of the half-way direction to the normal and to the lamp; `alpha2`: squared width (alpha²) of the
-/// surface's distribution.
+/// Returns the density (1/sr) of the half-way directions in which a surface mirrors the lamp: GGX, averaged over the
+/// lamp's disc. `nh`, `lh`: cosine of the half-way direction to normal and lamp; `alpha2`: squared width.
 float lamp_image(float nh, float lh, float alpha2) {
   float z = max(nh, 0.05), slope = sqrt(max(1.0 - z * z, 0.0)) / z;
   float radius2 = 0.25 * kLampHalfAngle * kLampHalfAngle / max(lh, 0.1), radius = sqrt(radius2);
   float high = slope + radius, low = slope - radius, beyond = max(low, 0.0);
+  // In the plane of slopes (tangents of the angle to the normal), the average over a line across the disc is exact.
+  // The width of the disc beside the line is approximated.
   float line = high * inversesqrt(high * high + alpha2) - low * inversesqrt(low * low + alpha2);
   float across = inversesqrt(radius2 + alpha2 + beyond * beyond), z2 = z * z;
   return line * across / (2.0 * kPi * radius * z2 * z2);

@@ -13,26 +13,24 @@ vec3 metal_room(vec3 r, float rough) {
 // factor of the room's light; it keeps the bright bands below white, so that they show the shape
 const float kRoomOnMetal = 0.62;
 
-/// Returns the light that metal with fine grooves along the unit vector `groove` reflects at p. The grooves spread a
-/// reflection perpendicular to their direction, which gives the streak of brushed metal. For the lamp, an anisotropic GGX
-/// distribution is used (Burley 2012). With a grid of light, the reflection is the mean of three directions, which the
-/// grooves spread. Otherwise it is the room's reflection by a normal that is bent towards the viewer (Revie 2011), and a
-/// constant fraction of the lamp's light replaces the light of nearby surfaces. `brushed`: 0: isotropic, 1: strongest;
-/// `widened`: squared width (alpha²) that the change of the normal within a pixel adds; on turned metal, the normal
-/// changes only around the axis; `key`: fraction of the lamp's light that arrives.
+/// Returns the light that metal with fine grooves along `groove` reflects at p. `brushed`: 0 isotropic, 1 strongest;
+/// `widened`: squared width from the change of the normal within a pixel; `key`: visible fraction of the lamp.
 vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rough, float widened, vec3 albedo,
                    float key) {
   vec3 across = cross(n, groove), l = frame.key.xyz, around = vec3(0.0);
   float a = max(rough * rough, 0.02), thin = a * (1.0 - 0.6 * brushed), wide = min(a * (1.0 + 4.0 * brushed), 1.0);
   if (kLightGrid) {
+    // Mean of three directions, which the grooves spread.
     for (int i = -1; i <= 1; ++i) {
       vec3 tilted = normalize(n + 0.9 * float(i) * (wide - thin) * across);
       around += (i == 0 ? 0.5 : 0.25) * mirrored_light(p, n, reflect(-v, tilted), kMirrorAtMetal);
     }
   } else {
+    // Reflection of the room by a normal that is bent towards the viewer (Revie 2011).
     vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
     around = kRoomOnMetal * metal_room(reflect(-v, bent), rough);
   }
+  // Reflection of the lamp: anisotropic GGX distribution (Burley 2012).
   float lamp = 0.25 * kLampHalfAngle;  // the lamp's size makes its image wider (Karis 2013)
   thin = sqrt(thin * thin + widened + lamp * lamp);
   wide = min(sqrt(wide * wide + (1.0 - brushed) * widened + lamp * lamp), 1.0);
@@ -41,5 +39,6 @@ vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rou
   float x = dot(groove, h) / thin, y = dot(across, h) / wide, z = dot(n, h), d = x * x + y * y + z * z;
   float vis = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   float image = vis / (kPi * thin * wide * d * d);
+  // Without a grid of light, a constant fraction of the lamp's light replaces the light of nearby surfaces.
   return albedo * (around + key * frame.key.w * nl * ((kLightGrid ? 0.0 : 0.10) + image));
 }

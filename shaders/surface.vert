@@ -8,16 +8,15 @@
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;  // xyz: normal; w: difference, in units of kDifferenceRange
-// Packed bytes. x, y: the two tissues in the low bits; in the high bits, the fraction of the surface that a cut laid
-// open (x) and the thinness (y). z: fraction of the second tissue times 255. w: the lower tissue in the low bits, its
-// visible fraction in the high bits.
+// Packed bytes. x, y: the two tissues in the low bits; in the high bits, x the fraction that a cut laid open, y the
+// thinness. z: 255 × fraction of the second tissue. w: the lower tissue and, in the high bits, its visible fraction.
 layout(location = 2) in uvec4 in_tissue;
 layout(location = 3) in vec4 in_lesion;  // x: nearness of caries
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// Incident light if it is computed per vertex. Otherwise light_in_tissue() if there is a grid of light, or else the light
-// that crosses thin tissue at a point from which the whole room is visible. w: fraction of the second tissue
+// Incident light if it is computed per vertex, else light_in_tissue() with a grid of light, else the light through thin
+// tissue at an open point. w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
@@ -27,9 +26,9 @@ layout(location = 5) centroid out vec4 out_first;
 layout(location = 6) centroid out vec4 out_second;
 layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, dry reflectance, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
-// If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the
-// direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp.x)
-// and for the direction of the reflection (out_half_way); out_lamp.y: light_in_tissue().w, out_lamp.z: in_tissue_grid().
+// With light per vertex: the room's reflection (out_room), the lamp's (out_lamp), and the half-way direction.
+// Otherwise: grid_light() for the normal (out_room, out_lamp.x) and for the reflection (out_half_way); out_lamp.y:
+// light_in_tissue().w, out_lamp.z: in_tissue_grid().
 layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;

@@ -61,8 +61,8 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, float cut, inou
   return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }
 
-/// Returns the colour of dentin. Cut dentin (`cut`: fraction): the smear layer is dull and uneven, and the blades of
-/// the bur leave fine ridges along their path. A natural surface is the cementum of a root: matt and finely grained.
+/// Returns the colour of dentin. Cut dentin (`cut`: fraction) has a dull, uneven smear layer and fine ridges along the
+/// bur's path. A natural surface is the cementum of a root: matt and finely grained.
 vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_gloss, inout float rough) {
   if (cut < 0.5) {
     n_gloss = bumped(n, p, 0.20e-3, 0.05);
@@ -81,20 +81,20 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_glo
   return color * (0.94 + 0.09 * smear) * (1.0 + 0.03 * shown * ridge);
 }
 
-/// Returns the lamp's light that the tubules of cut dentin reflect as a silky sheen. A cut along the tubules opens them
-/// as fine parallel grooves, which scatter light across themselves, as fibres do. A cut across the tubules shows only
-/// their ends and has no sheen. Here the tubules run along the tooth's axis with slow bends, which is an approximation:
-/// in a real tooth they run from the pulp to the enamel. The smear layer hides a part of the sheen. `rough`: roughness
-/// of the smear layer as dentin() returns it; `key`: fraction of the lamp's light that arrives.
+/// Returns the lamp's light that the tubules of cut dentin reflect as a silky sheen. Approximation: the tubules run
+/// along the tooth's axis. `rough`: see dentin(); `key`: fraction of the lamp's light that arrives.
 vec3 tubule_sheen(vec3 p, vec3 n, vec3 v, float rough, float key) {
   vec3 bend = vec3(noise(p * 400.0), noise(p * 400.0 + 11.0), noise(p * 400.0 + 23.0)) - 0.5;
   vec3 along = normalize(object_axis() + 0.5 * bend);
   along -= n * dot(n, along);
   float lying = dot(along, along);  // squared sine of the angle between tubule and normal
+  // Opened tubules are fine parallel grooves, which scatter light across themselves, as fibres do. A cut across the
+  // tubules shows only their ends and has no sheen.
   float across = dot(along, normalize(frame.key.xyz + v));
   float lobe = max(1.0 - across * across / max(lying, 1e-4), 0.0);
   lobe *= lobe * lobe;
   lobe *= lobe;
+  // The smear layer hides a part of the sheen.
   float clean = 1.0 - 0.5 * smoothstep(0.42, 0.70, rough);
   float lamp = key * max(dot(n, frame.key.xyz), 0.0) * frame.key.w * 0.3183;
   return (kTubules * lying * lobe * lobe * clean * lamp) * kLampColor;

@@ -17,7 +17,7 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kWindow = 1024.0 / 48000;  // s, length of the analysis window
-// Hz, spacing of the compared frequencies
+// Distance between the compared frequencies, Hz.
 constexpr double kGrid = 46.875;
 
 struct Analysed {
@@ -79,7 +79,7 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // The window cannot resolve kGrid, the first value.
+  // Skips the first frequency, kGrid, which the window cannot resolve.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

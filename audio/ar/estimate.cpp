@@ -21,7 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // Burg, pass m: forward[i] is the error at sample m + 1 + i, backward[i] at m + i, both of order m.
+  // Pass m of Burg's method: forward[i] is the forward error at sample m + 1 + i, backward[i] the backward error at m +
+  // i, both of order m.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -32,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // They come from samples i … i + m + 1: the weight is the middle sample's.
+      // The errors depend on the samples i … i + m + 1, so the weight of the middle sample is used.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -80,7 +81,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. First row summed, others from their upper left neighbour.
+  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. Only the first row is summed; other elements follow from their upper left
+  // neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {
@@ -95,7 +97,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
     }
   }
   c.triangularView<Eigen::StrictlyLower>() = c.transpose();
-  // normal equations of forward and backward prediction
+  // Normal equations of forward and backward prediction together.
   const Eigen::MatrixXd both = c + c.reverse();
 
   const auto order_index = static_cast<Eigen::Index>(p);
@@ -109,7 +111,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const bool stable =
       std::all_of(result.reflection.begin(), result.reflection.end(), [](double k) { return std::abs(k) < 1; });
   if (!stable) {
-    // The unstable model's spectrum gives an autocorrelation, and this the stable model.
+    // Replaces an unstable model by the stable model of the same spectrum: spectrum, autocorrelation, Levinson–Durbin.
     constexpr std::size_t kPoints = (std::size_t{1} << 16) + 1;
     std::vector<double> power(kPoints);
     const auto denominator = power_of_taps({solution.data(), p}, kPoints);

@@ -25,7 +25,8 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order], `order` even; y[−order…−1]: past output; response[kBlock + j]: impulse response, 0 for j < 0.
+// Computes a block of 64 samples. a[1…order]: coefficients, `order` even; y[−order…−1]: past output; response[kBlock +
+// j]: impulse response, 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {
@@ -37,14 +38,15 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Past output. Unknown samples of the slice count as zero, so all lanes use all coefficients.
+    // Contribution of the past output. Unknown samples of the slice are set to zero, so that all lanes use all
+    // coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // Oldest first: loads of the newest samples would wait for their stores.
+    // Oldest samples first, because loads of the newest samples would wait until they are stored.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
@@ -53,7 +55,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
         odd[v] -= a[i + 1] * *reinterpret_cast<const Unaligned*>(q + v * kLanes - 1);
       }
     }
-    // The slice itself: convolution with the impulse response, one source vector at a time.
+    // Contribution within the slice: convolution with the impulse response, one source vector at a time.
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
     Vector sum[4] = {};
@@ -119,7 +121,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // The past output moves through the buffer, and back to its start every few thousand samples.
+  // The past output moves forward in the buffer, and back to its start every few thousand samples.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;
@@ -157,7 +159,8 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
 }
 
 double LatticeFilter::next(double noise) noexcept {
-  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by asin k_m. Unit variance throughout.
+  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by asin k_m. All signals have unit
+  // variance.
   double forward = noise;
   for (std::size_t m = sine_.size(); m-- > 0;) {
     const double backward = state_[m];

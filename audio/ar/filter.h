@@ -1,4 +1,4 @@
-// All-pole filters 1/A(z): direct, block and lattice form. No allocation after construction.
+// All-pole filters 1/A(z) in direct, block and lattice form. Only constructors allocate.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,11 @@
 
 namespace typodont::audio {
 
-/// Σ|a| · σ(output) / σ(residual). Times the machine epsilon: relative rounding error of the direct form.
+/// Σ|a| · σ(output) / σ(residual). Multiplied by the machine epsilon, it is the relative rounding error of the direct
+/// form.
 double direct_form_condition(const ArModel& model);
 
-/// Reference: y[n] = gain·e[n] − Σ a_i y[n−i].
+/// Reference implementation: y[n] = gain·e[n] − Σ a_i y[n−i].
 template <class T>
 class DirectFilter {
  public:
@@ -20,20 +21,20 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  // Newest `order` samples, newest first, stored twice so that a window never wraps.
+  // a_: coefficients. past_: the newest `order` outputs, newest first, stored twice so that they are always contiguous.
   std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
 };
 
-/// Blocks of 64 samples. Earlier blocks by convolution, the block itself by the impulse response, the inverse of its
-/// triangular system.
+/// Filters blocks of 64 samples: the influence of earlier blocks by convolution, that within the block by the impulse
+/// response, which solves its triangular system.
 template <class T>
 class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// `noise` drives the filter.
+  /// Filters the samples `noise`.
   void process(const T* noise, T* out) noexcept;
 
  private:
@@ -43,14 +44,14 @@ class BlockFilter {
   std::size_t at_;  // index in history_ where the next block is written
 };
 
-/// Normalised lattice (Gray & Markel 1975). Rotations keep the energy bounded for |k| ≤ 1, even while k changes.
-/// `level`: σ of the output.
+/// Normalised lattice filter (Gray & Markel 1975). Rotations keep the energy bounded for |k| ≤ 1, also while k changes.
+/// `level`: standard deviation of the output.
 class LatticeFilter {
  public:
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Between two samples; order and states stay.
+  /// Changes the coefficients between two samples; order and states stay.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }
@@ -60,13 +61,13 @@ class LatticeFilter {
   double level_;
 };
 
-/// Chooses the form by direct_form_condition().
+/// A filter in the form that direct_form_condition() requires.
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  /// Largest condition number for float: rounding noise 70 dB below the excitation.
+  /// Largest condition number for float: rounding noise is then 70 dB below the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// Largest condition number for double: 110 dB; above it the lattice.
+  /// Largest condition number for double: rounding noise is then 110 dB below. Above it, the lattice form is used.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 

@@ -26,20 +26,20 @@ namespace typodont::audio {
 
 namespace {
 
-// Hz, resolution of the analysis window
+// Lowest compared frequency, Hz: the resolution of the analysis window.
 constexpr double kLowestCompared = 60;
-// peak below -60 dB re full scale: silent
+// Peak amplitude below which a recording is silent: -60 dB re full scale.
 constexpr double kSilence = 1e-3;
-// dB below the loud part: silence at both ends
+// Frames quieter than the loud ones by more than this are silence at both ends, dB.
 constexpr double kQuietBelowLoud = 40;
-// dB from the median of the loud part: steady
+// Largest deviation from the median level of the loud part in a steady interval, dB.
 constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
-// (highest − lowest) / mean of the speed; larger changes are removed before the fit
+// Speed changes (highest − lowest) / mean above this are removed before the fit.
 constexpr double kConstantSpeed = 0.002;
-// largest FitOptions::hold_out
+// Largest allowed FitOptions::hold_out.
 constexpr double kMostHeldOut = 0.9;
-// s, Welch window, about as fine as a model of order 300 at 48 kHz
+// Length of the Welch window, s; resolves about as finely as a model of order 300 at 48 kHz.
 constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {
@@ -62,7 +62,7 @@ void refuse_what_is_not_finite(const std::filesystem::path& file, const Recordin
   }
 }
 
-/// Throws Error if many samples, some adjacent, have the extreme value.
+/// Throws Error for clipping: many samples have the extreme value, some of them adjacent.
 void refuse_clipping(const std::filesystem::path& file, std::span<const double> x) {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   std::size_t extreme = 0, neighbours = 0;
@@ -82,7 +82,7 @@ void refuse_clipping(const std::filesystem::path& file, std::span<const double> 
   }
 }
 
-/// Throws Error if one line has nearly all the power.
+/// Throws Error if one spectral line contains nearly all power.
 void refuse_one_tone(const std::filesystem::path& file, std::span<const double> x, double rate) {
   constexpr std::size_t kPoints = 8192;
   const auto power = welch(x, kPoints, rate);
@@ -90,7 +90,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // main lobe and first side lobes
+    // Main lobe and first side lobes of the line.
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -114,7 +114,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// First audible sample, and the one after the last.
+/// Index of the first audible sample, and the index after the last one.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -127,7 +127,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// Longest interval within kSteadyWithin of the loud frames' median.
+/// Longest interval whose level is within kSteadyWithin of the median of loud frames.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -147,10 +147,10 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// 50 or 60 Hz if its power is 20 dB above the median around it, else 0.
+/// Returns 50 or 60 Hz if the power there is 20 dB above the median around it, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  // too short to tell 50 from 60 Hz
+  // Too short a recording to distinguish 50 from 60 Hz.
   if (static_cast<double>(points) < 0.5 * rate) return 0;
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
@@ -167,12 +167,13 @@ double detected_hum(std::span<const double> x, double rate) {
   return 0;
 }
 
-/// Notches at the mains frequency and four harmonics, forward and backward: no phase shift.
+/// Removes the mains frequency and four harmonics with notch filters, applied forward and backward, so that no phase
+/// shift remains.
 void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;
     if (w > 0.9 * kPi) break;
-    // 4 Hz wide: zeros on the unit circle, poles slightly inside.
+    // Notch 4 Hz wide: zeros on the unit circle, poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
     const double gain = (1 + c * r + r * r) / (2 + c);  // factor that makes the gain 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
@@ -190,8 +191,8 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// σ of white noise that fills a band without power (40 dB below the weakest audible part), 10 dB below that part; 0:
-/// no such band. Otherwise poles would be spent on the empty band.
+/// Returns the standard deviation of white noise that fills a band without power (40 dB below the weakest audible
+/// frequency), or 0 without such a band. Otherwise the fit would spend poles on it.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -214,7 +215,7 @@ Window window_named(const std::string& name) {
   throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
 }
 
-/// 0: a criterion chooses.
+/// Returns the order that the user chose; 0: a criterion chooses it.
 std::size_t order_asked(const FitOptions& options) {
   if (options.order == "aic" || options.order == "bic") return 0;
   int order = 0;
@@ -226,7 +227,7 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// `model`: the model's expected spectrum, at the frequencies of `report`.
+/// Compares the held-out part with the model. `model`: its expected spectrum at the frequencies of `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -245,7 +246,7 @@ HeldOut compared(std::span<const double> unseen, double rate, const FitReport& r
   return held;
 }
 
-/// "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+/// Parts for messages: "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
   for (const SoundPart& part : parts)
@@ -299,7 +300,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // The user's part, without silence at its ends; if asked, its longest steady interval.
+  // Selects the part that the user gave, without silence at its ends; on request, its longest steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
@@ -368,7 +369,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Hum, rate, speed changes.
+  // Removes hum, changes the sampling rate, and removes changes of the speed.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -396,7 +397,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      // Interpolation leaves the highest frequencies empty.
+      // The interpolation left the highest frequencies empty again.
       fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "

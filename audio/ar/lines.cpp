@@ -21,19 +21,19 @@ constexpr double kProminence = 10;              // dB, smallest prominence of a 
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // poles of the models of amplitude and frequency deviations
-// s, slower changes of frequency are changes of the spindle's speed
+// Slower changes of frequency than this count as changes of the spindle's speed, s.
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in which a line is followed
-// Hz, width of the bands beside a line in which its noise is measured
+// Width of the bands beside a line in which the noise is measured, Hz.
 constexpr double kFloorReach = 100;
-// largest amplitude variance by noise / squared mean amplitude for a usable band
+// Largest amplitude variance caused by noise, relative to the squared mean amplitude, for a usable band.
 constexpr double kWeakNoise = 0.02;
-// Hz, half widths of the bands, in the order tried
+// Half widths of the bands, in the order in which they are tried, Hz.
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 using Complex = std::complex<double>;
 
-/// Three moving averages, nearly Gaussian, without delay.
+/// Smooths with three moving averages: nearly Gaussian, without delay.
 void smooth(std::vector<Complex>& z, std::size_t half) {
   const std::size_t n = z.size();
   std::vector<Complex> sums(n + 1);
@@ -46,12 +46,12 @@ void smooth(std::vector<Complex>& z, std::size_t half) {
   }
 }
 
-/// Half length for a gain of -3 dB at `bandwidth` (Hz).
+/// Half length of the averages for a gain of -3 dB at `bandwidth` (Hz).
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// The oscillation that shifts `frequency` to 0 Hz.
+/// Oscillation that shifts `frequency` to 0 Hz.
 std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) {
   std::vector<Complex> shift(count);
   const double turns = frequency / rate;
@@ -62,7 +62,7 @@ std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) 
   return shift;
 }
 
-/// Complex amplitude over time of a sinusoid at `shift`'s frequency.
+/// Complex amplitude over time of the sinusoid at the frequency of `shift`.
 std::vector<Complex> band_about(std::span<const double> x, std::span<const Complex> shift, double rate,
                                 double bandwidth) {
   std::vector<Complex> z(x.size());
@@ -71,11 +71,11 @@ std::vector<Complex> band_about(std::span<const double> x, std::span<const Compl
   return z;
 }
 
-/// Replaces the band by noise of one-sided density `floor` (1/Hz), piece by piece to save memory.
+/// Replaces the band around `frequency` by noise of the one-sided density `floor` (1/Hz), in pieces to save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width fills it: |1 - H|² plus its
-  // response is 1 within 0.6 dB.
+  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width fills it: the sum of both power
+  // responses is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -93,13 +93,13 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// `z`: complex amplitude, without the ends where the averages are one-sided.
+/// Amplitude and frequency over time. `z`: complex amplitude, without its ends, where averages are one-sided.
 LineTrack track_of(std::span<const Complex> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
   for (std::size_t at = 0; at + kLineStep < z.size(); at += kLineStep) {
     double amplitude = 0;
-    Complex turned = 0;  // Σ z[i+1] · conj(z[i]); its angle is the mean phase step
+    Complex turned = 0;  // Σ z[i+1] · conj(z[i]); its angle: mean phase step
     for (std::size_t i = at; i < at + kLineStep; ++i) {
       amplitude += std::abs(z[i]);
       turned += z[i + 1] * std::conj(z[i]);
@@ -120,14 +120,14 @@ double root_mean_square(const std::vector<double>& values) {
                    static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Subtracts the mean over the surrounding second.
+/// Subtracts the mean over the surrounding kDrift seconds.
 std::vector<double> without_drift(const std::vector<double>& values, double rate) {
   const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
   const auto count = static_cast<std::ptrdiff_t>(values.size());
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    // symmetric, so that a linear drift vanishes
+    // The mean is symmetric, so a linear drift vanishes too.
     const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
@@ -147,7 +147,7 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) beside a line: the median next to its band.
+/// Power density (1/Hz) beside a line: median in the bands next to its band.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -160,7 +160,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// With a variance smaller by `variance`.
+/// The same noise with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -176,7 +176,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power of the noise in the band: `floor` ∫|H|², |H|² = 2^-(f/bandwidth)².
+  // Power of the noise in the band: `floor` ∫|H|², where |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -219,11 +219,11 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // frequency and full width of the band, Hz
+  // Frequency and full width of each band already tried, Hz.
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A fluctuating line has several peaks: skip those within a band already tried.
+    // A line of varying frequency has several peaks. Skips peaks in a band that was already tried.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);
@@ -234,7 +234,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise near the line stays in the noise model, so its variance is not counted twice.
+    // The noise near the line stays in the noise model, so its variance is subtracted here.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
@@ -249,7 +249,7 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // Normal distribution of the frequency: weighted sum of kPoints sinusoids in a Hann window over ±2 σ.
+    // The frequency is normally distributed: weighted sum of kPoints sinusoids over ±2 σ, seen through a Hann window.
     constexpr int kPoints = 9;
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

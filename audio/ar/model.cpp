@@ -161,7 +161,7 @@ std::string to_json(const ArModel& model) {
                              {"frequency_noise_Hz", as_json(line.frequency_noise)}});
   }
   json["reflection_coefficients"] = model.reflection;
-  // One row per field, eight coefficients per row: short diffs.
+  // Writes one field per row, and eight coefficients per row, so that diffs are short.
   std::string text = "{\n";
   for (const auto& [key, value] : json.items()) {
     if (text.size() > 2) text += ",\n";

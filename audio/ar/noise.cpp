@@ -9,10 +9,10 @@ namespace typodont::audio {
 
 namespace {
 
-// ln(x), x in (0, 1]: exponent, and the atanh series of the mantissa m in s = (m − 1)/(m + 1), |s| < 0.172.
+// ln(x) for x in (0, 1]: exponent, and atanh series of the mantissa m in s = (m − 1)/(m + 1), |s| < 0.172.
 inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   const UInt16x raw = std::bit_cast<UInt16x>(x);
-  // Mantissa in [√½, √2).
+  // Scales the mantissa to [√½, √2).
   UInt16x shifted = raw - 0x3f3504f3u;
   const Int16x exponent = std::bit_cast<Int16x>(shifted) >> 23;
   const UInt16x mantissa_bits = (shifted & 0x007fffffu) + 0x3f3504f3u;
@@ -23,7 +23,7 @@ inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   return __builtin_convertvector(exponent, Float16) * 0.69314718f + 2.0f * s * series;
 }
 
-// sin(2π t), t in [−½, ½): odd minimax polynomial on a quarter turn, error 2e-7.
+// sin(2π t) for t in [−½, ½): odd minimax polynomial for a quarter turn, error 2e-7.
 inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   const Float16 magnitude = t < 0.0f ? -t : t;
   const Float16 folded = magnitude > 0.25f ? 0.5f - magnitude : magnitude;
@@ -33,7 +33,7 @@ inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   return t < 0.0f ? -p : p;
 }
 
-// 32 values: xoshiro128++ (Blackman & Vigna 2018) in sixteen lanes, then Box–Muller (1958).
+// Generates 32 values: xoshiro128++ (Blackman & Vigna 2018) in sixteen lanes, then Box–Muller (1958).
 TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   UInt16x s0, s1, s2, s3;
   std::memcpy(&s0, state[0], 64);
@@ -57,7 +57,7 @@ TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   std::memcpy(state[2], &s2, 64);
   std::memcpy(state[3], &s3, 64);
 
-  // Uniform with 24 bits: u in (0, 1), t in [−½, ½).
+  // Uniform numbers with 24 bits: u in (0, 1), t in [−½, ½).
   const Int16x first = std::bit_cast<Int16x>(drawn[0]);
   const Float16 u = (__builtin_convertvector((first >> 8) & 0x00ffffff, Float16) + 0.5f) * 5.9604645e-8f;
   const Int16x second = std::bit_cast<Int16x>(drawn[1]);

@@ -1,11 +1,11 @@
-// White Gaussian noise, sixteen samples at a time, with the same bits everywhere.
+// White Gaussian noise, sixteen samples at a time, with the same bits on every processor.
 #pragma once
 
 #include <cstdint>
 
 namespace typodont::audio {
 
-/// splitmix64 (Steele, Lea & Flood 2014): independent seeds from one.
+/// splitmix64 (Steele, Lea & Flood 2014): derives independent seeds from one seed.
 constexpr std::uint64_t mixed(std::uint64_t seed) {
   seed += 0x9e3779b97f4a7c15u;
   seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -13,7 +13,7 @@ constexpr std::uint64_t mixed(std::uint64_t seed) {
   return seed ^ (seed >> 31);
 }
 
-/// Zero mean, unit variance. No allocation, library function or table.
+/// Noise of zero mean and unit variance. Uses no allocation, library function or table.
 class GaussianNoise {
  public:
   explicit GaussianNoise(std::uint64_t seed) noexcept;

@@ -10,7 +10,7 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kFrame = 0.05;  // s, frames of the recording
-// dB below the loud frames: inaudible
+// Frames quieter than the loud ones by more than this are inaudible, dB.
 constexpr double kAudible = 25;
 constexpr double kEvenWithin = 1.5;  // dB, largest change over kEvenOver frames of a constant level
 constexpr std::ptrdiff_t kEvenOver = 6;
@@ -29,7 +29,7 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// Level that separates quiet from loud frames (Otsu 1979), if they differ.
+/// Level that separates quiet from loud frames (Otsu 1979); nullopt if they do not differ.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);
@@ -84,7 +84,8 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // Idle and load between the first and last constant frame; parts below kShortest join their neighbour.
+  // Frames between the first and the last of constant level are idle or load. Parts shorter than kShortest join their
+  // neighbour.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

@@ -1,4 +1,4 @@
-// Run-up, idle, load and run-down of a recording. Not for real time.
+// Divides a recording into run-up, idle, load and run-down. Not for real time.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace typodont::audio {
 
-/// By loudness: run-up before the first constant level, run-down after the last; between them load where it is 2.5 dB
-/// louder. Empty below 0.5 s or without a constant level.
+/// Finds the parts by their level: run-up before the first constant level, run-down after the last one; between them
+/// load where it is 2.5 dB louder. Empty below 0.5 s, or without a constant level.
 std::vector<SoundPart> parts_of(std::span<const double> x, double rate);
 
 std::optional<DrillPart> drill_part_named(std::string_view name) noexcept;

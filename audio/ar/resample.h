@@ -1,4 +1,4 @@
-// Windowed sinc (Smith 1984): whole sounds offline, noise in real time.
+// Resampling with a windowed sinc (Smith 1984): whole sounds offline, noise in real time.
 #pragma once
 
 #include <span>
@@ -6,19 +6,21 @@
 
 namespace typodont::audio {
 
-/// Kaiser window, 64 zero crossings a side, stop band -110 dB, pass band to 0.47 of the lower rate, no delay.
+/// Resamples with a Kaiser window and 64 zero crossings per side: stop band -110 dB, pass band up to 0.47 of the lower
+/// rate, no delay.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
-/// Kernels between samples, one set per playback speed against aliasing. Constant, shared by all streams.
+/// Kernels for positions between samples. For each range of playback speeds, a set of kernels that avoids aliasing.
+/// Constant, and shared by all streams.
 class InterpolationKernels {
  public:
   static constexpr int kPhases = 512;
-  /// `fastest`: input samples per output sample.
+  /// `fastest`: highest speed, in input samples per output sample.
   explicit InterpolationKernels(double fastest);
 
-  /// Signal at `offset` (0 ≤ offset < 1) after *x; reads x[−reach+1 … reach].
+  /// Value of the signal at `offset` samples (0 ≤ offset < 1) after *x; reads x[−reach+1 … reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  // samples that read() uses on each side
+  // Number of samples that read() uses on each side.
   int reach(double speed) const noexcept;
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
@@ -26,7 +28,7 @@ class InterpolationKernels {
   struct Set {
     double speed;  // largest speed of this set
     int taps;      // number of filter taps; a multiple of 16
-    // rows of `taps` for kPhases + 1 positions between samples
+    // Kernels for kPhases + 1 positions between two samples, each a row of `taps` values.
     std::vector<float> rows;
   };
   const Set& set_for(double speed) const noexcept;

@@ -23,7 +23,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     std::nth_element(around.begin(), middle, around.end());
     const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
     if (prominence < at_least_dB) continue;
-    // Parabola through the logarithms of three bins.
+    // Position of the peak from a parabola through the logarithms of three bins.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
     const double curve = l - 2 * c + r;
     const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
@@ -42,13 +42,13 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  // dB; initial value: least accepted score
+  // The first best_score is the smallest accepted score, dB.
   double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      // Found harmonics add prominence − 5 dB; missing ones below a found one subtract 5 dB.
+      // A harmonic that was found adds its prominence − 5 dB. A missing one below a found one subtracts 5 dB.
       double score = 0, missing = 0;
       int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {

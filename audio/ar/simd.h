@@ -1,5 +1,5 @@
-// Vectors of fixed length: the same operations in the same order, and so the same bits, on every processor (no fused
-// multiply-add).
+// Vectors of fixed length. Every processor executes the same operations in the same order, without fused multiply-add,
+// and so computes the same bits.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ using Int16x = std::int32_t __attribute__((vector_size(64)));
 using Float16Unaligned = float __attribute__((vector_size(64), aligned(4), may_alias));
 using Double8Unaligned = double __attribute__((vector_size(64), aligned(8), may_alias));
 
-// One copy per processor generation, selected at the start.
+// Compiles a function once per processor generation; the copy is selected when the program starts.
 #define TYPODONT_CLONES TYPODONT_DISPATCH("default", "arch=x86-64-v3", "arch=x86-64-v4")
 
 }  // namespace typodont::audio

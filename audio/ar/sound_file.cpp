@@ -49,7 +49,7 @@ Recording read_recording(const std::filesystem::path& file) {
   recording.rate = info.samplerate;
   recording.channels.resize(static_cast<std::size_t>(info.channels));
   std::vector<double> frames(static_cast<std::size_t>(info.channels) * 4096);
-  for (;;) {  // a header may promise more than the file has
+  for (;;) {  // reads until the end, because a header may state more samples than the file has
     const sf_count_t got = sf_readf_double(sound.get(), frames.data(), 4096);
     if (got <= 0) break;
     for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
@@ -77,7 +77,7 @@ WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleForma
   info.format = SF_FORMAT_WAV | (format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_FLOAT);
   impl_->sound.reset(sf_open(impl_->partial.path().c_str(), SFM_WRITE, &info));
   if (!impl_->sound) throw Error(file.string(), "", sf_strerror(nullptr), "a writable place");
-  // No time of creation in the file: equal sounds give equal bytes.
+  // Without a time of creation in the file, equal sounds give equal bytes.
   sf_command(impl_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
   sf_command(impl_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }

@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-// full scale² per Hz, smallest density (-200 dB)
+// Smallest power density, full scale² per Hz (-200 dB).
 constexpr double kSilence = 1e-20;
 }  // namespace
 

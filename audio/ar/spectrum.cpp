@@ -16,7 +16,7 @@ namespace {
 struct FftwFree {
   void operator()(void* p) const { fftw_free(p); }
 };
-/// FFTW's planner is not thread-safe.
+/// Mutex for the planner of FFTW, which is not thread-safe.
 std::mutex& planner() {
   static std::mutex one;
   return one;
@@ -28,7 +28,7 @@ struct PlanFree {
   }
 };
 
-/// Real samples of a fixed length, forward and inverse.
+/// Fourier transform of real samples of a fixed length, forward and inverse.
 class RealFft {
  public:
   explicit RealFft(std::size_t n)
@@ -80,7 +80,7 @@ std::vector<double> welch(std::span<const double> x, std::size_t n, double rate)
     ++segments;
   }
   for (std::size_t i = 0; i < power.size(); ++i) {
-    // 0 and rate/2 count once, all others twice in a one-sided spectrum.
+    // In a one-sided spectrum, frequencies 0 and rate/2 count once, all others twice.
     const bool single = i == 0 || 2 * i == n;
     power[i] *= (single ? 1.0 : 2.0) / (rate * weight * static_cast<double>(segments));
   }
@@ -130,7 +130,7 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 }
 
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate) {
-  // Transform of autocorrelation × the window's autocorrelation (Blackman & Tukey 1958).
+  // Transform of autocorrelation × autocorrelation of the window (Blackman & Tukey 1958).
   const auto r = autocorrelation_of_power(power);
   const auto through = autocorrelation(window_samples(Window::kHann, n), n - 1);
   RealFft fft(2 * n);
@@ -159,7 +159,7 @@ double log_spectral_distance(std::span<const double> a, std::span<const double> 
 
 double chance_distance(std::size_t count, std::size_t n) {
   const double windows = count < n ? 1 : 1 + std::floor(2 * static_cast<double>(count - n) / static_cast<double>(n));
-  // Hann windows that overlap by half: powers correlate by 1/36.
+  // Hann windows that overlap by half: their powers have a correlation of 1/36.
   const double variance = (1 + 2.0 / 36 * (windows - 1) / windows) / windows;
   return 10 / std::log(10.0) * std::sqrt(variance);
 }

@@ -1,4 +1,4 @@
-// Power spectra and their distances (FFTW). Not for real time.
+// Power spectra and distances between them (FFTW). Offline.
 #pragma once
 
 #include <cstddef>
@@ -10,26 +10,27 @@ namespace typodont::audio {
 enum class Window { kNone, kHann, kHamming, kBlackman };
 std::vector<double> window_samples(Window window, std::size_t n);
 
-/// Welch: one-sided density (1/Hz) at i·rate/n, i = 0…n/2, mean of half-overlapping Hann windows of n samples, padded
-/// with zeros.
+/// Welch's method: one-sided power density (1/Hz) at the frequencies i·rate/n, i = 0…n/2. Mean over Hann windows of n
+/// samples that overlap by half; a shorter sound is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
-/// Expected welch() of a sound with `power` (double-sided density × rate, 2^m + 1 frequencies as sampled_power()).
+/// Expected result of welch() for a sound with the spectrum `power` (double-sided density × rate, at 2^m + 1
+/// frequencies as in sampled_power()).
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
-/// Biased: r_l = Σ x[i] x[i+l] / count, l = 0…lags.
+/// Biased autocorrelation: r_l = Σ x[i] x[i+l] / count, l = 0…lags.
 std::vector<double> autocorrelation(std::span<const double> x, std::size_t lags);
-/// r_0 … r_(2^m) of a spectrum at 2^m + 1 frequencies from 0 to half the rate.
+/// Autocorrelation r_0 … r_(2^m) of a spectrum given at 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> autocorrelation_of_power(const std::vector<double>& power);
 
 /// |1 + Σ taps_i z^-i|² at `points` = 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> power_of_taps(std::span<const double> taps, std::size_t points);
 
-/// rms of 10·log10(a/b), dB.
+/// Root mean square of 10·log10(a/b), dB.
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
-/// Expected distance (dB) of welch() from the true spectrum of Gaussian noise (Welch 1967).
+/// Expected distance (dB) of a result of welch() from the true spectrum, for Gaussian noise (Welch 1967).
 double chance_distance(std::size_t count, std::size_t n);
-/// Itakura–Saito (1968): mean of a/b − ln(a/b) − 1.
+/// Itakura–Saito distance (1968): mean of a/b − ln(a/b) − 1.
 double itakura_saito(std::span<const double> a, std::span<const double> b);
 
 }  // namespace typodont::audio

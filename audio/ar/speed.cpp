@@ -12,16 +12,16 @@
 namespace typodont::audio {
 
 namespace {
-// s, lengths of sounds whose speed is followed
+// Shortest and longest sound whose speed is followed, s.
 constexpr double kShortest = 0.5, kLongest = 60;
-// dB above its surroundings of a line that is followed
+// Smallest prominence of a line that is followed, dB above its surroundings.
 constexpr double kProminence = 10;
 constexpr std::size_t kMostTried = 6;  // largest number of spectral lines that are tried, strongest first
-// s, moving average: a spindle has inertia
+// Length of the moving averages, s. A spindle has inertia, so its speed changes slowly.
 constexpr double kSmoothing = 0.3;
-constexpr int kPasses = 3;  // averages in succession, nearly Gaussian
+constexpr int kPasses = 3;  // number of successive moving averages; the result is nearly Gaussian
 
-/// Line fitted to values[from … from + count), at `at`.
+/// Value at `at` of the straight line fitted to values[from … from + count).
 double extrapolated(const std::vector<double>& values, std::size_t from, std::size_t count, double at) {
   double mean = 0, slope = 0, squares = 0;
   const double middle = static_cast<double>(from) + 0.5 * static_cast<double>(count - 1);
@@ -34,7 +34,7 @@ double extrapolated(const std::vector<double>& values, std::size_t from, std::si
   return mean + (squares > 0 ? slope / squares : 0) * (at - middle);
 }
 
-/// kPasses averages over 2 × `half` + 1 values, extrapolated linearly at the ends.
+/// Smooths with kPasses averages over 2 × `half` + 1 values. Beyond the ends, the values are extrapolated linearly.
 void smooth(std::vector<double>& values, std::size_t half) {
   const std::size_t count = values.size(), margin = kPasses * half, fitted = std::min(count, 2 * margin + 1);
   std::vector<double> padded(count + 2 * margin);
@@ -76,7 +76,7 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The filter needs samples on both sides; beyond the track, the speed is constant.
+    // The track is shorter than the sound at both ends, where the filter lacks samples; there the speed is constant.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

@@ -1,4 +1,4 @@
-// Measures and removes changes of the spindle's speed. Not for real time.
+// Measures changes of the spindle's speed and removes them. Not for real time.
 #pragma once
 
 #include <span>
@@ -6,22 +6,23 @@
 
 namespace typodont::audio {
 
-/// Speed / mean speed, every `step` s from 0.
+/// Speed relative to the mean speed, every `step` seconds from 0 on.
 struct SpeedTrack {
   double frequency = 0;       // Hz, mean frequency of the line followed
   double step = 0;            // s, time between two values of the speed
-  std::vector<double> ratio;  // empty: no line could be followed
+  std::vector<double> ratio;  // speed / mean speed; empty: no line could be followed
 
   bool known() const { return !ratio.empty(); }
-  // at t (s): interpolated, constant beyond the ends; 1 if unknown
+  // Ratio at time t (s): interpolated, constant beyond the ends; 1 if unknown.
   double at(double t) const;
   double range() const;  // highest minus lowest ratio
 };
 
-/// Follows the strongest steady line. Empty without one, below 0.5 s or above a minute.
+/// Measures the speed by following the strongest steady line. Empty without such a line, and for sounds below 0.5 s or
+/// above a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
-/// Resampled so that every line of the rotor has a constant frequency.
+/// Resamples the sound so that every line of the rotor has a constant frequency.
 std::vector<double> at_constant_speed(std::span<const double> x, double rate, const SpeedTrack& speed);
 
 }  // namespace typodont::audio

@@ -1,4 +1,4 @@
-// The device's clock, from callbacks that the scheduler delays.
+// Estimates the clock of a device from the times of its callbacks, which the scheduler delays.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,13 @@
 
 namespace typodont::audio {
 
-/// Delay-locked loop (Adriaensen 2005, "Using a DLL to filter time"). Audio thread.
+/// Delay-locked loop (Adriaensen 2005, "Using a DLL to filter time"). Audio thread only.
 class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// When the callback at `t` was due. Restarts at a difference above four periods plus 20 ms.
+  /// Returns the time at which the callback that came at `t` was due. Restarts if they differ by more than four periods
+  /// plus 20 ms.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
@@ -23,7 +24,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // Wide at first, so that a late start is soon forgotten.
+      // The bandwidth is large at first, so that a late start is soon corrected.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;

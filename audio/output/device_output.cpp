@@ -23,7 +23,7 @@ DeviceOutput::~DeviceOutput() {
 }
 
 bool DeviceOutput::close_within(Nanos patience) {
-  // Closed on another thread: PortAudio can wait ten minutes for a dead JACK server.
+  // Closes on another thread, because PortAudio can wait ten minutes for a JACK server that has crashed.
   if (closed_->load()) {
     closed_->store(false);
     std::thread([backend = backend_, closed = closed_] {
@@ -125,7 +125,7 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // The buffer ends kMargin before this callback is due, so its ticks have arrived.
+  // Time of the first sample: the buffer ends kMargin before this callback is due, so that all its ticks have arrived.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
@@ -141,7 +141,7 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
     for (int i = 0; i < count; ++i) {
       const float* const frame = part.data() + i * given;
       for (int c = 0; c < channels; ++c) {
-        // Mono to all channels; stereo to the first two, or their mean to one.
+        // Mono goes to all channels; stereo to the first two, or its mean to a single one.
         if (given == 1)
           *out++ = frame[0];
         else if (channels == 1)

@@ -1,4 +1,4 @@
-// A sound card that may be unplugged and return.
+// Output to a sound card that may be unplugged and plugged in again.
 #pragma once
 
 #include <array>
@@ -24,12 +24,12 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// ns, for late callbacks and the ticks' queue
+  /// Margin for late callbacks and ticks in the queue, ns.
   static constexpr Nanos kMargin = 1'000'000;
-  /// ns without a callback: lost
+  /// Time without a callback after which the device counts as lost, ns.
   static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  /// ns, longest wait for a library that does not let go
+  /// Longest wait for the library to close a stream, ns.
   static constexpr Nanos kPatience = 2'000'000'000;
 
  private:
@@ -38,9 +38,9 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  /// shared with the thread that closes it
+  /// Shared with the thread that closes the stream.
   std::shared_ptr<StreamBackend> backend_;
-  std::shared_ptr<std::atomic<bool>> closed_;  // false while it is being closed
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while another thread closes the stream
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;
@@ -49,7 +49,7 @@ class DeviceOutput final : public AudioOutput {
   Nanos last_look_samples_at_ = 0, next_try_ = 0;
   std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
 
-  // Only the audio thread uses clock_, offset_ and block_ while a stream runs.
+  // While a stream runs, only the audio thread uses clock_, offset_ and block_.
   ClockFilter clock_{48000};
   Nanos offset_ = 0;  // ns, tick time minus host time
   std::array<float, 4096> block_{};

@@ -1,4 +1,4 @@
-// Outputs by address, and the two that need no device.
+// Opens outputs by address, and contains the two outputs that need no device.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Renders in advance(), as fast as possible.
+/// Output to a file; advance() renders as fast as possible.
 class FileOutput final : public AudioOutput {
  public:
   FileOutput(const std::string& file, const AudioOptions& options)
@@ -66,7 +66,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// "none:" never calls the source.
+/// The output "none:" never calls the source.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

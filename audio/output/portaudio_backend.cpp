@@ -18,7 +18,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Suppresses messages of ALSA and JACK about missing devices.
+/// While it exists, messages of ALSA and JACK about missing devices are suppressed.
 class QuietErrors {
  public:
   QuietErrors() {
@@ -40,7 +40,7 @@ class QuietErrors {
   int saved_ = -1;
 };
 
-/// Keeps PortAudio initialised; the first object searches for devices again.
+/// Keeps PortAudio initialised while it exists; the first object searches for devices again.
 class Library {
  public:
   Library() {
@@ -100,7 +100,7 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // The requested format, or the device's own.
+    // Tries the requested format, then the device's own.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {
@@ -149,7 +149,7 @@ class PortAudioBackend final : public StreamBackend {
       return paAbort;
     }
     const bool underrun = (flags & (paOutputUnderflow | paOutputOverflow)) != 0;
-    // The ticks' clock; PortAudio's may differ.
+    // Uses now(), the clock of the ticks, because the clock of PortAudio may differ.
     const bool more = request.callback(request.self, static_cast<float*>(out), static_cast<int>(frames),
                                        backend->channels_, now(), underrun);
     return more ? paContinue : paComplete;

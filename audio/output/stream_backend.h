@@ -1,4 +1,4 @@
-// PortAudio in the program, a simulated card in tests.
+// Interface of a sound library: PortAudio in the program, a simulated card in tests.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 namespace typodont::audio {
 
 struct StreamRequest {
-  std::string device;      // name or a part of it; empty: default
+  std::string device;      // name of the device, or a part of it; empty: the default device
   double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
-  int channels = 1;  // wanted; the stream may have one or two
-  /// Audio thread; frames × channels samples; false ends the stream.
+  int channels = 1;  // wanted number; the stream may have one or two channels
+  /// Called by the audio thread to fill frames × channels samples. Returning false ends the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;
 };
@@ -28,12 +28,12 @@ struct StreamOpened {
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Throws Error for an unknown name, RunFailure if the device refuses.
+  /// Opens a stream. Throws Error for an unknown name, RunFailure if the device can't be opened.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
-  /// false: the device is gone, or the stream stopped.
+  /// Returns false if the device is gone or the stream has stopped.
   virtual bool alive() noexcept = 0;
-  /// No callback from now on. May take minutes if the sound server died.
+  /// Closes the stream; no callback comes after it. May take minutes if the sound server has crashed.
   virtual void close() noexcept = 0;
 };
 

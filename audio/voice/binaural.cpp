@@ -40,7 +40,7 @@ double ear_shadow(double angle) {
 }
 
 Binaural::Binaural(double sample_rate) : rate_(sample_rate), glide_(1 - std::exp(-1 / (kGlide * sample_rate))) {
-  // Bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0); k = rate / ω0.
+  // Coefficients from the bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0); k = rate / ω0.
   const double k = rate_ / kOmega;
   input_ = 1 / (1 + k);
   slope_ = k / (1 + k);

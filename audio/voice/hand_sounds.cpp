@@ -9,18 +9,18 @@ namespace typodont::audio {
 
 namespace {
 
-// Jet: hiss around 5 kHz. Droplets: fine crackle.
+// Sound of the spray: the jet hisses around 5 kHz, the droplets crackle.
 constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz, limits of the band in which the jet hisses
 constexpr double kDropletsPerSecond = 500;
 constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that comes from the droplets
 
-// white noise beside the suction's resonance, relative to what excites it
+// White noise beside the suction's resonance, relative to the noise that excites it.
 constexpr float kSuctionHiss = 1;
 
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
 
-/// First mode: Hz, decay s, strength; the others at 1.58 and 2.24 times its frequency. Chosen by ear: harder is higher,
-/// longer, louder.
+/// First mode of a tissue: frequency (Hz), decay time (s), strength. The other modes have 1.58 and 2.24 times its
+/// frequency. Chosen by ear: harder tissue sounds higher, longer and louder.
 struct Ring {
   double frequency, decay, weight;
 };
@@ -36,7 +36,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// low-pass of scraping, relative to the first mode
+// Cut-off frequency of the scraping sound / first mode's frequency.
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
@@ -95,7 +95,7 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Two low-passes make a band-pass: an octave above `rate` (Hz, two poles) and one below (one pole).
+  // Low-passes form a band-pass from one octave below `rate` (Hz, one pole) to one octave above (two poles).
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);
@@ -108,12 +108,12 @@ float Scrape::next(float slip, float level, Tissue tissue) noexcept {
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
-  // poles of a resonance at 1.4 kHz, 900 Hz wide
+  // Poles of a resonance at 1.4 kHz with a width of 900 Hz.
   const double radius = std::exp(-kPi * 900 / sample_rate);
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
   slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)
-  float energy = 0;                                            // of the impulse response: gain for white noise
+  float energy = 0;  // energy of the impulse response, which is the gain for white noise
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);
     energy += v * v;
@@ -143,7 +143,7 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // σ of 1: the gain for white noise is the energy of the impulse response.
+  // Normalises the output for white noise to a standard deviation of 1: its gain is the energy of the impulse response.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);

@@ -1,4 +1,4 @@
-// Knocks, scraping, suction and spray: modelled, not recorded.
+// Sounds of knocking, scraping, suction and spray; modelled, not recorded.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::audio {
 
-/// Three decaying modes per tissue (van den Doel & Pai 1998).
+/// Modal synthesis: three decaying modes for each tissue (van den Doel & Pai 1998).
 class ModalBank {
  public:
   explicit ModalBank(double sample_rate);
@@ -20,8 +20,8 @@ class ModalBank {
  private:
   static constexpr int kModes = 3;
   struct Mode {
-    float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
-    // rotation and decay per sample
+    float re = 0, im = 0;  // current complex amplitude of the mode
+    // Complex factor per sample: rotation and decay.
     float turn_re = 0, turn_im = 0;
     float weight = 0;
   };
@@ -31,11 +31,12 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// Asperities every 20 µm: band-pass noise around their rate. Soft tissue damps.
+/// Scraping over asperities 20 µm apart: band-pass noise around the rate at which they are passed. Soft tissue damps
+/// it.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
-  /// `slip`: m/s.
+  /// Returns the next sample. `slip`: speed along the surface, m/s.
   float next(float slip, float level, Tissue tissue) noexcept;
 
  private:
@@ -45,7 +46,7 @@ class Scrape {
   std::array<float, kTissueCount> damping_;  // coefficient of the low-pass filter for each tissue
 };
 
-/// A saliva ejector: noise through a resonance, modulated slowly (gurgling).
+/// Saliva ejector: noise through a resonance, modulated slowly (gurgling).
 class Suction {
  public:
   Suction(double sample_rate, std::uint64_t seed);
@@ -60,7 +61,7 @@ class Suction {
   float y1_ = 0, y2_ = 0, gurgle_ = 0;
 };
 
-/// Hiss above 2 kHz, and droplets that burst.
+/// Water spray: hiss above 2 kHz, and droplets that burst.
 class Spray {
  public:
   Spray(double sample_rate, std::uint64_t seed);

@@ -1,4 +1,4 @@
-// From the hand's work to the sound; sources in audio/README.md.
+// Relates hand work to the sound. Sources: audio/README.md.
 #pragma once
 
 #include <algorithm>
@@ -6,21 +6,21 @@
 
 namespace typodont::audio {
 
-// m², N, m³/s at which 63 % of the idle sound is replaced by the working sound.
+// Values at which 63 % of the idle sound is replaced by the sound of cutting.
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
 inline constexpr double kEdgeArea = 2e-6;        // m², contact that doubles the power of the working sound
 inline constexpr double kLargestArea = 20e-6;    // m², larger contacts sound alike
-inline constexpr double kBrightForce = 1.5;      // N, 63 % of the largest brightness
-// m³/s, 63 % of the largest brightness
+inline constexpr double kBrightForce = 1.5;      // N, force that gives 63 % of the largest brightness
+// Removal rate for 63 % of the largest brightness, m³/s.
 inline constexpr double kBrightRemoval = 0.5e-9;
-inline constexpr double kBrightFrom = 4000;  // Hz, louder above this with force and removal
+inline constexpr double kBrightFrom = 4000;  // Hz; above it, force and removal make the sound louder
 
-// idle amplitude ∝ speed^this, measured on a run-down
+// Exponent of the idle amplitude as a function of the speed, measured on a run-down.
 inline constexpr double kIdleExponent = 3.75;
 
-/// Fraction of working sound, 0..1.
+/// Fraction of the sound of cutting, 0..1.
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
 }
@@ -29,7 +29,7 @@ inline double loudness_of(double area) noexcept {
   const auto power = [](double a) { return 1 + std::min(a, kLargestArea) / kEdgeArea; };
   return std::sqrt(power(area) / power(kTypicalArea));
 }
-/// Fraction of the largest brightness, 0..1.
+/// Brightness as a fraction of its largest value, 0..1.
 inline double brightness_of(double force, double removal) noexcept {
   return 1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval));
 }

@@ -9,9 +9,9 @@
 namespace typodont::audio {
 
 namespace {
-// highest frequency / sample rate
+// Highest frequency of a line, relative to the sampling rate.
 constexpr double kHighest = 0.45;
-constexpr int kWarmUp = 4000;  // values until a process is stationary
+constexpr int kWarmUp = 4000;  // number of values after which a process is stationary
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
@@ -62,7 +62,7 @@ void RotorLines::add(const double* speeds, const float (*gains)[kMost], const bo
 
 void RotorLines::Oscillator::add(const double* speeds, const float* power, float* out, int count,
                                  double rate) noexcept {
-  // Only the loop over the phase is serial; the others vectorise.
+  // Only the loop over the phase is serial; the other loops vectorise.
   while (count > 0) {
     if (since == step) {
       since = 0;
@@ -72,7 +72,7 @@ void RotorLines::Oscillator::add(const double* speeds, const float* power, float
       wanders_next = frequency_noise.next();
     }
     const int n = std::min(count, step - since);
-    // phase per sample and Hz
+    // Change of the phase per sample and Hz.
     const auto per_hertz = static_cast<float>(0x1p32 / rate);
     const auto highest = static_cast<float>(kHighest * rate);
     const auto hertz = static_cast<float>(frequency + wanders);

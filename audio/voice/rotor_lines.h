@@ -1,4 +1,4 @@
-// Oscillators of the models' lines; frequency ∝ speed.
+// Oscillators for the spectral lines of the models; their frequency is proportional to the speed.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-/// One value per kLineStep samples.
+/// Generates a LineNoise: one value per kLineStep samples.
 class RunningNoise {
  public:
   RunningNoise(const LineNoise& noise, std::uint64_t seed);
@@ -21,11 +21,12 @@ class RunningNoise {
   GaussianNoise white_;
   double gain_;
   std::vector<double> a_;
-  std::vector<double> past_;  // ring, stored twice so that a window is contiguous
+  std::vector<double> past_;  // ring buffer, stored twice so that past values are contiguous
   std::size_t at_ = 0;
 };
 
-/// Idle and working sound share oscillators, so a transition has no beats. Only the constructor allocates.
+/// Idle sound and cutting sound share the oscillators, so that a transition has no beats. Only the constructor
+/// allocates.
 class RotorLines {
  public:
   /// Gain of a line in each tissue's sound.
@@ -36,20 +37,20 @@ class RotorLines {
   bool empty() const noexcept { return oscillators_.empty(); }
 
   static constexpr int kMost = 64;  // largest number of samples per call of add()
-  /// Adds `count` ≤ kMost samples. `speeds`: relative to the recording; gains[t][i] read only if active[t]; air is
-  /// idle.
+  /// Adds `count` ≤ kMost samples. `speeds`: relative to the recording. gains[t][i]: gain of tissue t, read only if
+  /// active[t]; air is the idle sound.
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
  private:
   struct Oscillator {
-    double frequency;  // Hz at the recording's speed
+    double frequency;  // Hz, frequency at the speed of the recording
     float amplitude;
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
-    int step;                 // device samples between noise values
+    int step;                 // number of samples between two noise values
     int since = 0;            // samples since the last noise value
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
-    /// relative amplitude deviation: last and next value
+    /// Relative deviation of the amplitude: last and next value.
     double varies = 0, varies_next = 0;
     double wanders = 0, wanders_next = 0;  // Hz, last and next deviation of the frequency
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;

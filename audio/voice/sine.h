@@ -1,4 +1,4 @@
-// A sine with the same bits everywhere.
+// Sine functions that give the same bits on every processor.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ inline float sine_of_turns(double t) noexcept {
   return static_cast<float>(-x * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z / 362880)))));
 }
 
-/// sin(π t), −1 ≤ t ≤ 1, without branches.
+/// Returns sin(π t) for −1 ≤ t ≤ 1, without branches.
 inline float sine_of_half_turns(float t) noexcept {
   const float x = (0.5f - std::abs(std::abs(t) - 0.5f)) * static_cast<float>(kPi), z = x * x;
   const float positive = x * (1 + z * (-1.0f / 6 + z * (1.0f / 120 + z * (-1.0f / 5040 + z * (1.0f / 362880)))));

@@ -7,7 +7,7 @@ namespace typodont::audio {
 ModelStream::ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels,
                          std::uint64_t seed)
     : filter_(model), noise_(seed), kernels_(&kernels), step_(model.rate / device_rate), samples_(kCapacity, 0.0f) {
-  // Discards the output until the filter is stationary.
+  // Runs the filter until stationary, and discards this output.
   while (filled_ + ArFilter::kBlock <= kCapacity) refill();
   at_ = filled_ - kernels.longest_reach();
 }

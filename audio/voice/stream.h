@@ -1,4 +1,4 @@
-// One model's endless sound at a variable speed.
+// Endless sound of one model at variable speed.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,15 @@
 
 namespace typodont::audio {
 
-/// Noise filtered at the model's rate, then interpolated: the whole spectrum shifts with the rotor. Computed only as
-/// read.
+/// Noise is filtered at the model's rate and then interpolated, so the whole spectrum moves with the rotor's speed.
+/// Samples are computed only when they are read.
 class ModelStream {
  public:
-  /// `kernels` outlives the stream and covers its highest speed.
+  /// `kernels` must outlive the stream, and cover its highest speed.
   ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels, std::uint64_t seed);
 
-  /// out[i] += gain[i] × sample at speed[i] (1: as recorded). The position rests while the gain is zero.
+  /// Adds gain[i] × sample to out[i], played at speed[i] (1: as recorded). While the gain is zero, the position does
+  /// not advance.
   void add(const double* speed, const float* gain, float* out, int count) noexcept;
 
  private:
@@ -31,7 +32,7 @@ class ModelStream {
   std::vector<float> samples_;
   int filled_ = 0;
   int at_ = 0;         // index of the sample before the playback position
-  double offset_ = 0;  // 0 … 1 after sample at_
+  double offset_ = 0;  // position after sample at_, 0 … 1
 };
 
 }  // namespace typodont::audio

@@ -21,36 +21,37 @@ namespace typodont::audio {
 
 namespace {
 
-// Sources in audio/README.md.
-constexpr double kFastestSpeed = 2;  // of the free speed
-constexpr double kAttack = 0.5e-3;   // s, all levels except water and suction
-// s from rest to free speed, measured; for jumps of the speed
+// Parameters of the synthesizer. Sources: audio/README.md.
+constexpr double kFastestSpeed = 2;  // highest speed, relative to the free speed
+constexpr double kAttack = 0.5e-3;   // s, time constant of all levels except water and suction
+// Time from rest to free speed after a jump of the wanted speed, s; measured.
 constexpr double kRunUp = 0.4;
-// s, time constant from free speed, same recording
+// Time constant of the run-down from free speed, s; measured.
 constexpr double kRunDown = 1.25;
-// of the free speed per tick: switched on or off, not loaded
+// Change of the speed per tick that means "switched on or off", not "loaded"; relative to the free speed.
 constexpr double kJump = 0.5;
-// of the free speed: silent below
+// Speed below which the drill is silent, relative to the free speed.
 constexpr double kAtRest = 0.03;
-constexpr float kTouchStrength = 0.02f;  // full scale 1
+constexpr float kTouchStrength = 0.02f;  // amplitude of a touch; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// N/s, faster rises knock
+// Slower rises of the force do not knock, N/s.
 constexpr double kSlowRise = 20;
-constexpr float kScrapeLevel = 0.12f;  // at 1 N and 20 mm/s
+constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
-// σ, 4 dB below the idling turbine: 63 to 75 dB(A) alone, 67 to 80 with a handpiece (Dutta et al., J Conserv Dent 16
-// (2013) 121-125).
+// Standard deviation, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a handpiece (Dutta
+// et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// of other levels' rate: water and suction
+// Rate of change of the levels of water and suction, relative to other levels.
 constexpr float kWaterRate = 0.02f;
-// Slow burs: a decaying burst per edge, with the power of the steady sound. Separate up to kApart edges per s, steady
-// from kFused.
+// Slow burs give a decaying burst for each cutting edge, with the power of the steady sound. Bursts are fully separate
+// up to kApart edges per second, and fused to a steady sound from kFused on.
 constexpr double kApart = 60, kFused = 200;
-// decay exp(-kDying) between two edges
+// Decay of a burst between two edges: exp(-kDying).
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
-/// Denormals are zero: constant time, and bits independent of the caller's mode.
+/// While it exists, denormal numbers are flushed to zero: the computing time is constant, and the bits do not depend on
+/// the caller's mode.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -72,7 +73,7 @@ class FlushDenormals {
 #endif
 };
 
-/// Exponential, and finally exact.
+/// A level that approaches its target exponentially, and finally reaches it exactly.
 struct Level {
   float value = 0, target = 0;
   float next(float rate) noexcept {
@@ -83,7 +84,7 @@ struct Level {
   bool zero() const noexcept { return value == 0 && target == 0; }
 };
 
-/// Linear to 0.7, then compressed below full scale.
+/// Limiter: linear up to 0.7, then compressed to stay below full scale.
 float limited(float x) noexcept {
   const float size = std::abs(x);
   if (size <= 0.7f) return x;
@@ -140,7 +141,8 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // Derived working sounds have the idle lines, changed by the tissue; recorded ones their own.
+    // Derived cutting sounds use the lines of the idle sound with other amplitudes; recorded cutting sounds have their
+    // own lines.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -165,7 +167,7 @@ struct DrillSynth::Impl {
     return fastest / sample_rate;
   }
 
-  /// Exact for months.
+  /// Sample index of a time; exact for months.
   double index_of(Nanos t) const noexcept {
     const Nanos seconds = t / kNanosPerSecond;
     return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
@@ -198,7 +200,7 @@ struct DrillSynth::Impl {
     const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // if the state names no tissue, dentin is used
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Idle to work at equal power.
+    // Cross-fades from idle to cutting at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     const auto loudness = static_cast<float>(std::sin(0.5 * kPi * load) * loudness_of(area));
@@ -208,7 +210,7 @@ struct DrillSynth::Impl {
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
     bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;
 
-    // Knock at a fast rise, scraping when sliding.
+    // Hand instruments knock when the force rises fast, and scrape when they slide.
     if (by_hand && contact) {
       const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
       const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
@@ -235,14 +237,14 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Up to kChunk samples without a new state.
+  /// Renders at most kChunk samples, without new states.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];
     float working[kChunk] = {};
     std::fill(out, out + count, 0.0f);
 
-    // Speed, and whether the drill is audible.
+    // Computes the speed of each sample, and whether the drill is audible.
     bool turning = false;
     for (int i = 0; i < count; ++i) {
       if (gliding) {
@@ -266,7 +268,7 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // Per sample, because chunks depend on the caller's buffers.
+    // Levels change per sample, because the length of chunks depends on the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -278,27 +280,27 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        // speed^3.75 (audio/README.md)
+        // speed^kIdleExponent = speed^3.75 (audio/README.md).
         rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // Idle ∝ speed^3.75 (air, bearings), cutting ∝ speed.
+        // The idle amplitude is proportional to speed^3.75 (air, bearings), that of cutting to the speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // the motor's lines continue between bursts
+      // The spectral lines of the motor continue between the bursts of edges.
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        // Turns per sample at free speed.
+        // Turns of the tone per sample at free speed.
         const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {
@@ -329,7 +331,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// A burst per edge, if the edges are heard separately.
+  /// Shapes the cutting sound into one burst per edge, if the edges are heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -347,7 +349,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // States due at this sample or before.
+      // Applies the states due at this sample or earlier.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;
@@ -380,9 +382,9 @@ struct DrillSynth::Impl {
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // for each tone of the rotor: its phase in turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // 0..1 between two edges
+  double tooth_phase = 0;  // phase between two cutting edges, 0..1
   InterpolationKernels kernels;
-  // idle, then work in each tissue
+  // Idle sound, then the cutting sound of each tissue.
   std::vector<ModelStream> streams;
   RotorLines lines;
   ModalBank modal;
@@ -393,17 +395,17 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // ring of states in the future
+  std::vector<SoundState> pending;  // ring buffer of states that are not due yet
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
-  // samples since the start: now, next call, last state
+  // Sample indices since the start: now, begin of the next call, last state.
   double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  // of the free speed: now, end of ramp, change per sample
+  // Speed relative to the free speed: now, at the end of the ramp, change per sample.
   double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
-  // of each stream
+  // Level of each stream.
   std::array<Level, kTissueCount> weights;
   Level bright, scrape_level, suction_level, spray_level;
   float slip = 0, low = 0;

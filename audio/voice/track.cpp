@@ -61,7 +61,7 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
-  // Ticks have columns of their own and may have others; a contact file may not.
+  // A file of ticks has special columns, and may have others; a file of contacts may not.
   const auto header = header_of(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {
@@ -102,7 +102,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // earlier row of the differences
+  std::size_t back = 0;  // earlier row for the differences
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");
@@ -146,7 +146,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
 }
 
 std::optional<SoundState> VoicedTrack::next() noexcept {
-  // Air turbine: stall torque at most 2.33 N·mm (measured), bur of 1.2 mm, friction 0.4 at its rim.
+  // Air turbine: stall torque 2.33 N·mm at most (measured), bur of 1.2 mm diameter, friction coefficient 0.4 at its
+  // rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
   if (row_ == track_.states.size()) return std::nullopt;

@@ -13,13 +13,13 @@ namespace typodont::audio {
 
 namespace {
 
-// 2^13 + 1 frequencies from 0 to half the rate
+// 2^13 + 1 frequencies from 0 to half the rate.
 constexpr std::size_t kPoints = 8193;
-// Hz of a usual device
+// Sampling rate of a usual device, Hz.
 constexpr double kRate = 48000;
 constexpr double kMostBright = 30;  // largest gain of the frequencies above kBrightFrom
 
-/// full scale²
+/// Mean power of the whole sound and of its high frequencies, full scale².
 struct Power {
   double all = 0, high = 0;
   void add(double frequency, double power) {
@@ -28,14 +28,15 @@ struct Power {
   }
 };
 
-/// |1 + gain (1 - low)|²: the synthesizer adds gain × the signal without low frequencies.
+/// Power response |1 + gain (1 - low)|²: the synthesizer adds gain × the signal without its low frequencies.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// `speed`: relative to the recording; `gain`: of the power; `bright`: of high frequencies.
+/// Adds the power of a model's noise. `speed`: relative to the recording; `gain`: factor of the power; `bright`: gain
+/// of high frequencies.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -73,7 +74,7 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // Bisection of the high frequencies' gain; for each, the working gain gives the measured level.
+  // Bisection of the gain of high frequencies. For each of its values, the working gain gives the measured level.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

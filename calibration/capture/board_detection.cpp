@@ -1,4 +1,5 @@
-// The only file with OpenCV. stb reads pictures: OpenCV's readers load a hundred libraries.
+// The only file that uses OpenCV. Pictures are read with stb, because OpenCV's readers need a hundred further
+// libraries.
 #include <stb/stb_image.h>
 
 #include <map>
@@ -19,13 +20,13 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
   if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
   cv::Mat grey(height, width, CV_8U, bytes.get());
-  // A mirror reverses the corners.
+  // A mirror reverses the order of the corners.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return {};
-  // A light first inner cell: found turned by 180°.
+  // If the first inner cell is light, the board was found rotated by 180°.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
     const cv::Point2f middle = 0.25f * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1));

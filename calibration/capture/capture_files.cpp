@@ -33,7 +33,7 @@ struct Row {
   dvec3 point(const char* x, const char* y, const char* z) const {
     return dvec3((*this)[x], (*this)[y], (*this)[z]) * kMillimetre;
   }
-  /// True: all `columns` have values; false: none. Throws Error for some.
+  /// Returns true if all `columns` have values, false if none has. Throws Error if only some have.
   bool has(const std::vector<std::string>& columns) const {
     std::size_t present = 0;
     for (const auto& column : columns) present += std::isfinite((*this)[column]);

@@ -12,12 +12,12 @@ namespace typodont::calibration {
 
 namespace {
 
-// Four sockets, then a plate of 5×5 points at two places.
+// Numbers of touches: four sockets, then a plate with 5×5 points in two places, and the other steps.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;
 
-// Nine marks of the panel, corners first.
+// The nine marks on the panel, corners first.
 constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
                                   {0.97, 0.5},  {0.5, 0.97},  {0.03, 0.5},  {0.5, 0.5}};
 
@@ -110,7 +110,8 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // Marks a last touch that does not fit: one mark on the panel in its step, else a dot per eye at the touch.
+    // Shows where the last touch was, because it does not fit: by a mark on the panel, or in other steps by a dot for
+    // each eye.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -140,7 +141,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
       break;
     case Step::kEyes: {
-      // Eyes alternate, at different depths and places.
+      // Left and right eye alternate; the dots vary in depth and position.
       const Box& box = bench_.workspace_D;
       const dvec3 wider = 0.15 * (box.high - box.low);
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
@@ -245,7 +246,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  // Other steps' files are up to date.
+  // Writes only the file of this step; those of other steps are up to date.
   Captures changed;
   switch (step_) {
     case Step::kArm:
@@ -271,7 +272,7 @@ void GuidedCapture::save() const {
       break;
   }
   write_captures(folder_, changed);
-  // A step without captures has no file.
+  // If the step has no captures left, removes its file.
   if (taken() == 0) {
     constexpr const char* kFiles[] = {"arm.csv",      "marks.csv",  "mirror.csv", "eyes.csv",
                                       "register.csv", "verify.csv", "drift.csv"};
@@ -299,7 +300,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // Only stores touches, for later sessions to compare.
+      // The step drift only stores touches, which later sessions are compared with.
       break;
   }
 }
@@ -380,7 +381,7 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Hz, two tones per Cue: rising for recorded, falling for undone, low for one that does not fit.
+  // Two tones per Cue, Hz: rising for a recorded touch, falling for undone, low for a touch that does not fit.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

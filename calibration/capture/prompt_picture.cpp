@@ -9,7 +9,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// 5×7 pixels: seven rows of five bits, two hexadecimal digits each.
+// A letter of 5×7 pixels: seven rows of five bits, each as two hexadecimal digits.
 struct Glyph {
   char character;
   unsigned char rows[7];
@@ -68,7 +68,7 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     picture.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = grey;
   };
-  // Lines of whole words near the top; only text is mirrored.
+  // Breaks the text between words, into lines near the top of the picture. Only text is mirrored.
   const int scale = std::max(1, width / 420), line_cells = std::max(8, width / (6 * scale) - 4);
   std::vector<std::string> lines(1);
   std::string_view rest = prompt.text;

@@ -7,7 +7,7 @@ namespace typodont::calibration {
 namespace {
 constexpr std::size_t kSamples = 4096;  // a tenth of a second at 40 kHz
 constexpr std::size_t kFewest = 4;
-// hysteresis of the pedal
+// The pedal counts as pressed above kDown, and as released below kUp (hysteresis).
 constexpr double kDown = 0.5, kUp = 0.3;
 }  // namespace
 
@@ -15,7 +15,7 @@ StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSample
 
 StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked,
                                     std::span<const double> joints) noexcept {
-  // Time must increase.
+  // If time does not increase, earlier samples are dropped.
   if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;
   if (is_finite(p)) {
     Sample& sample = samples_[next_];
@@ -35,9 +35,9 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   const Nanos begin = back(0).t - from_seconds(limits_.window);
   std::size_t used = 0;
   while (used < count_ && back(used).t >= begin) ++used;
-  // Complete once a sample lies at or before the window's beginning.
+  // The window is complete as soon as a sample lies at or before its begin.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Differences to one sample: equal samples have an exact mean.
+  // Sums differences to one sample, so that equal samples have an exact mean.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

@@ -20,12 +20,12 @@ namespace typodont::calibration {
 
 namespace {
 
-// m, below which a file probably has metres
+// If all coordinates are below this, the file probably contains metres, not mm; m.
 constexpr double kSmallestReach = 3e-3;
 constexpr double kLargestReach = 10;       // m, largest plausible distance of a point from the origin
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 
-/// Empty without a header.
+/// Names of the columns; empty if there is no header.
 std::vector<std::string> header_of(const std::filesystem::path& file) {
   LineReader in(file, InputKind::kTable);
   std::string line;
@@ -44,7 +44,7 @@ std::vector<std::string> header_of(const std::filesystem::path& file) {
   return {};
 }
 
-/// Such as "hx" to "hz"; metres if the header names them with _m.
+/// Three columns such as "hx" to "hz", in mm, or in metres if the header names them with _m.
 struct LengthColumns {
   std::array<std::string, 3> names;
   double unit = kMillimetre;
@@ -62,7 +62,7 @@ struct LengthColumns {
     const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
     return dvec3(at(0), at(1), at(2)) * unit;
   }
-  /// Throws Error: mm all below 3 mm, or a point beyond 10 m.
+  /// Throws Error if all values in mm are below 3 mm, or if a point is beyond 10 m.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
     double reach = 0;
     for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -90,7 +90,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // Optional columns (dots, joint angles) are in braces.
+  // Columns in braces are optional (dots, joint angles).
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
@@ -173,7 +173,7 @@ std::vector<dvec3> read_points(const std::filesystem::path& file) {
 
 namespace {
 
-/// 6×6, m converted to mm.
+/// 6×6 covariance, with m converted to mm.
 Value covariance_value(const std::array<double, 36>& covariance) {
   Value rows = Value::array();
   for (std::size_t i = 0; i < 6; ++i) {

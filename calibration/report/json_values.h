@@ -1,4 +1,4 @@
-// Poses and vectors as JSON, for this module's .cpp files.
+// Writes poses and vectors as JSON; used only by .cpp files of this module.
 #pragma once
 
 #include <cmath>

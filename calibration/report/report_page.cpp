@@ -13,7 +13,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// A line per residual; outliers red, clipped lines with an arrowhead.
+// Plots one line per residual; outliers are red, and clipped lines have an arrowhead.
 std::string residual_plot(const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {
   if (residuals.empty()) return "";
   const double w = 640, h = 130, left = 46, bottom = 20, top = 8;
@@ -46,7 +46,7 @@ std::string residual_plot(const std::vector<double>& residuals, const std::vecto
   return svg;
 }
 
-// Dark blue over teal to yellow, even steps of lightness.
+// Colour scale from dark blue over teal to yellow, with even steps of lightness.
 std::string colour(double s) {
   s = std::clamp(s, 0.0, 1.0);
   constexpr double kStops[5][3] = {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};

@@ -178,14 +178,14 @@ RigFile::RigFile(RigFile&&) noexcept = default;
 RigFile::~RigFile() = default;
 
 RigFile RigFile::load(const std::filesystem::path& file) {
-  // Names the position of a fault.
+  // Loaded for checks, because its errors state the position in the file.
   const Json checked = Json::load(file);
   if (!checked.is_object()) checked.fail("a rig: an object");
   auto document = std::make_unique<Document>();
   document->file = file;
   document->root = Value::parse(checked.text());
   RigFile rig(std::move(document));
-  rig.bench();  // now, not after an hour of touches
+  rig.bench();  // checks the file now, not after an hour of touches
   return rig;
 }
 
@@ -242,10 +242,10 @@ std::filesystem::path RigFile::captures_folder() const {
   return document_->file.string() + ".captures";
 }
 
-/// The program must be able to open what a step writes.
+/// Throws Error for a rig that the program could not open later.
 static void require_usable(const std::filesystem::path& file, const BenchState& bench, const Value& pixels) {
   const RigGeometry& rig = bench.rig;
-  constexpr double kMinEdge = 10e-3, kMaxEdge = 3;  // m
+  constexpr double kMinEdge = 10e-3, kMaxEdge = 3;  // m, smallest and largest edge of the panel
   const double ipd_mm = rig.eyes.ipd / kMillimetre;
   if (!(ipd_mm >= kMinIpd_mm && ipd_mm <= kMaxIpd_mm))
     throw Error(file.string(), "head.ipd_mm", fmt::format("{:.1f}", ipd_mm),

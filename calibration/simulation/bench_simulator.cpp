@@ -15,8 +15,8 @@ dquat small_turn(Noise& random, double angle) {
   return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
 }
 
-// Origin in the workspace, 120 mm below the mirror; y up, z to the user. The panel above, its image across the line of
-// sight.
+// Origin in the workspace, 120 mm below the mirror; y up, z to the user. The panel is above the mirror, and its image
+// perpendicular to the line of sight.
 RigGeometry drawn_rig() {
   RigGeometry rig;
   const dvec3 eye(0, 0.42, 0.40);
@@ -25,11 +25,11 @@ RigGeometry drawn_rig() {
   const double width = 0.345, height = 0.194;  // m, a 15.6" panel
   const dvec3 corner = -0.5 * width * right - 0.5 * height * up;
   rig.mirror = mirror;
-  // The mirror swaps left and right.
+  // The mirror exchanges left and right.
   rig.panel = {mirror.reflect(corner + width * right), mirror.reflect(corner),
                mirror.reflect(corner + width * right + height * up)};
   rig.eyes = {eye, 0.063, right};
-  // Behind the workspace: x to the user, y right, z up.
+  // The arm's base is behind the workspace: x to the user, y right, z up.
   rig.X_WH = {dvec3(0, 0.03 + 0.12, -0.08), dquat(0.5, -0.5, -0.5, -0.5)};
   return rig;
 }
@@ -73,7 +73,7 @@ BenchState BenchSimulator::drawings() const {
 
 ArmReading BenchSimulator::hold(const dvec3& p_W) {
   const dvec3 p_H = inverse(truth_.X_WH) * p_W;
-  // Arbitrary wrist; Newton's method for the first three joints.
+  // Random wrist; Newton's method gives the first three joints.
   for (int attempt = 0; attempt < 50; ++attempt) {
     ArmReading reading;
     reading.angle = {0, 0.1, 1.6, random_.uniform(-0.6, 0.6), random_.uniform(-0.6, 0.6), random_.uniform(-0.5, 0.5)};
@@ -113,7 +113,7 @@ dvec3 BenchSimulator::reached_for(const RigGeometry& believed, const dvec3& p_W)
 }
 
 void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
-  // Four sockets, and a plate of 5×5 points 40 mm apart at two places.
+  // Captures four sockets, then a plate with 5×5 points 40 mm apart in two places.
   int group = 0;
   for (const dvec3 socket :
        {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {
@@ -148,8 +148,8 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
-    // The dot that this eye would see towards `wanted` on a perfect bench; the user covers it on the true line of
-    // sight, nearest to `wanted`.
+    // Shows the dot that this eye would see towards `wanted` on a perfect bench. The user covers it with a tip on the
+    // true line of sight, nearest to `wanted`.
     EyeCapture capture;
     capture.right = i % 2 == 1;
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);
@@ -163,7 +163,7 @@ void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
 
 void BenchSimulator::capture_register(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
-  // Corners and edges determine rotation best.
+  // Corners and edges of the workspace determine the rotation best.
   const double places[3] = {0, 0.5, 1};
   for (std::size_t i = 0; i < many(240); ++i) {
     const dvec3 s(places[i % 3], places[i / 3 % 3], places[i / 9 % 3]);

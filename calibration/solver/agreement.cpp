@@ -25,26 +25,26 @@ double extent(Points points) {
   return std::max({size.x, size.y, size.z});
 }
 
-// A contrario RANSAC (Moisan & Stival 2004): NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3), the expected number of equally
-// good sets of k by chance. α_k: probability that a random pair has at most the k-th residual.
+// Consensus by a contrario RANSAC (Moisan & Stival 2004). NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3): expected number of
+// sets of k pairs that agree as well by chance. α_k: probability of a residual up to the k-th.
 class Consensus {
  public:
-  /// `sigma`: m, normal distribution of wrong points; 0: uniform in the cube of all. Residuals below sigma/30 count as
-  /// equal, for rounded coordinates.
+  /// `sigma`: standard deviation of normally distributed wrong points, m; 0: wrong points are uniform in the cube
+  /// around all points. Residuals below sigma/30 count as equal, because coordinates may be rounded.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Log of the volume of wrong pairs; with sigma, 1 / largest density.
+        // Logarithm of the volume of wrong pairs; with sigma, of 1 / largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of bin b, four per octave.
+      // Upper edge of bin b, of four per octave.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -56,11 +56,11 @@ class Consensus {
     }
   }
 
-  /// Largest agreeing set; in it a core that agrees far better than a normal distribution; then least trimmed squares,
-  /// which finds more than half with still less noise.
+  /// Finds the largest set that agrees; in it, a core that agrees much better than a normal distribution would; then a
+  /// majority by least trimmed squares, if that has even less noise.
   Agreement find() const {
     Agreement best = find_core();
-    // Below 1e-9 of the coordinates: rounding, not normal; nothing counts as wrong.
+    // Residuals below 1e-9 of the coordinates are rounding errors, which are not normal; then no pair counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -89,9 +89,9 @@ class Consensus {
   }
 
   /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) from the best triples: fit, keep the better half, repeat.
-  /// 2. Forward search (Atkinson & Riani 2000): add the smallest residual until it exceeds the set's noise, which is
-  /// low
-  /// at first; the central part of a normal distribution reaches 2.3 of its own standard deviations.
+  /// 2. Forward search (Atkinson & Riani 2000): add the pair with the smallest residual until it exceeds the noise of
+  /// the set. That noise is too low at first; the central part of a normal distribution reaches 2.3 of its own standard
+  /// deviations.
   /// 3. All pairs within the final noise.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
@@ -119,18 +119,18 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // of stopping stage 2 too early; stage 3 repairs it
+    // Probability that step 2 stops early; step 3 repairs it.
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // nearest `next` pairs, the farthest last
+      // The `next` nearest pairs; the farthest is the last one in `order`.
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The F quantile is slow and never below chi-squared's, so that is compared first.
+      // The quantile of F is slow to compute, and never below that of chi-squared, which is compared first.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -178,7 +178,7 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    // smaller is better: log NFA, or median of squares in m²
+    // A smaller score is better: log NFA, or median of squared residuals, m².
     double score;
     std::size_t count;
   };
@@ -193,7 +193,8 @@ class Consensus {
       }
       return;
     }
-    // With 30 % good, one triple in 37 is good: 1500 miss with 1e-18. Fewer suffice (1e-9) once many agree.
+    // With 30 % good pairs, one triple in 37 is good, and 1500 triples miss all with a probability of 1e-18. Once many
+    // pairs agree, fewer triples suffice (1e-9).
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -219,7 +220,7 @@ class Consensus {
     return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  // Four bins per octave from the bits: sorting would dominate.
+  // Index of a bin, four per octave, from the bits of the number. Sorting would take most of the time.
   static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
 
   std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
@@ -268,8 +269,8 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Refit and add residuals below rms × √quantile, until stable. A quantile above 5 lets small sets grow: residuals up
-  // to R have an rms of at least R/√5 (up to 3.8 σ).
+  // Adds the pairs with residuals below rms × √quantile and refits, until nothing changes. A quantile above 5 lets
+  // small sets grow: residuals up to R have an rms of at least R/√5 (up to 3.8 σ).
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -291,7 +292,7 @@ class Consensus {
     return fit;
   }
 
-  // residual / rounding error of coordinates: still rounding
+  // Residuals up to this multiple of the coordinates' rounding error count as rounding.
   static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
@@ -304,11 +305,11 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
-  mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
+  mutable std::vector<Candidate> by_median_;  // candidates by median residual, collected by find_widest()
 };
 
-// Known noise: most pairs within a limit win. Triples with equal triangles give motions, refitted before counting
-// (Chum, Matas & Kittler 2003), until a miss is below 1e-9.
+// Consensus for known noise: the motion with most pairs within a limit wins. Motions come from triples with equal
+// triangles in H and D, and are refitted before counting (Chum, Matas & Kittler 2003).
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -317,16 +318,17 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
-    // 95 % quantile of chi-squared (Wilson & Hilferty 1931), within 1 %.
+    // 95 % quantile of chi-squared, accurate to 1 % (Wilson & Hilferty 1931).
     const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
     expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all`: fit to all. May miss sets below `least`.
+  /// `all`: fit to all pairs. The search may miss sets smaller than `least`.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // 3000 triples miss four of sixteen with 1e-9; 4 n_³ include practically all.
+    // 3000 triples miss a set of four of sixteen pairs with a probability of 1e-9; 4 n_³ include practically all
+    // triples.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -340,7 +342,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // All three already agree: the same motion again.
+      // If all three pairs already agree, the triple gives the same motion again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -351,7 +353,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // NFA as in Consensus.
+    // NFA as in the class Consensus.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
@@ -362,7 +364,7 @@ class KnownNoise {
   }
 
  private:
-  // SplitMix64: seeding a standard generator would take longer than all this.
+  // Random numbers by SplitMix64; seeding a standard generator would take longer than the whole search.
   std::size_t random_index(std::uint64_t& state) const {
     std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -374,7 +376,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Σ residual², m²; others count as the limit (Torr & Zisserman 2000), or near misses could shift the motion.
+  /// Σ residual², m². Pairs outside count with the limit (Torr & Zisserman 2000), because pairs just outside could
+  /// otherwise shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -383,7 +386,7 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Refit to agreeing pairs until stable; stops below `least`.
+  // Refits to the pairs that agree, until nothing changes. Stops if fewer than `least` agree.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);
@@ -406,7 +409,7 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
-  // m², 95 % bound of good pairs' sum
+  // Largest plausible sum of squared residuals of good pairs (95 %), m².
   double expected_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Pairs that agree on a rigid motion. For the registration.
+// Finds pairs that agree on a rigid motion; used by the registration.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace typodont::calibration {
 using Points = std::span<const dvec3>;
 using Indices = std::vector<std::size_t>;
 
-/// Rigid motion of some pairs.
+/// Rigid motion fitted to some pairs.
 struct Fit {
   Pose X_DH;
   Indices pairs;   // indices of the pairs, ascending
@@ -21,10 +21,10 @@ struct Fit {
 };
 Fit fit_to(Points p_H, Points p_D, Indices pairs);
 
-/// m per axis, of four pairs or more.
+/// Noise of a fit per axis, m; needs at least four pairs.
 double sigma_of(const Fit& fit);
 
-/// Pairs within `limit` (m) of X_DH.
+/// Number of pairs with a residual of at most `limit` (m) under X_DH.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
 /// Rounding error of coordinates, m.
@@ -32,10 +32,10 @@ double rounding_of(Points p_H, Points p_D);
 
 struct Agreement {
   Fit fit;
-  // log of equally good sets expected by chance
+  // Logarithm of the number of equally good sets that is expected by chance.
   double log_nfa = std::numeric_limits<double>::infinity();
 };
-/// With known noise, may miss sets below `least`.
+/// With known noise, sets smaller than `least` may be missed.
 Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

@@ -30,7 +30,7 @@ dquat about(const dvec3& axis, double angle) {
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
-  // First unknown: 3 for a socket, 6 for a plate.
+  // Index of the group's first unknown; a socket has 3 unknowns, a plate 6.
   std::size_t first_parameter = 0;
 };
 
@@ -67,7 +67,7 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
 
 namespace {
 
-/// True angles (rad), and axes of D, E, F in H.
+/// True joint angles (rad), and the axes of D, E, F in H.
 struct Joints {
   std::array<double, 6> q;
   dvec3 tilt_axis, axis[3];
@@ -75,7 +75,7 @@ struct Joints {
 
   Joints(const ArmGeometry& g, const ArmReading& reading) {
     for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
-    // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+    // Orientation: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
     const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     const dquat turn = about(z, q[0]);
     tilt_axis = turn * y;
@@ -87,7 +87,8 @@ struct Joints {
 };
 
 dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
-  // WoodenHaptics: x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz, r = Lb sinB + Lc sinC.
+  // Kinematics of WoodenHaptics: x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz, r = Lb sinB + Lc
+  // sinC.
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
   return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
          g.origin;
@@ -136,7 +137,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // Sockets and plates are unknowns, too.
+  // The positions of sockets and plates are unknowns too.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -156,7 +157,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   const auto scales = arm_parameter_scales();
   const std::array<double, kArmParameters> start = to_vector(nominal);
   std::array<double, kArmParameters> values = start;
-  std::map<int, Pose> place;  // X_H(group)
+  std::map<int, Pose> place;  // pose of each group in H
   std::vector<bool> used(captures.size(), true);
 
   const auto locate = [&](const std::array<double, kArmParameters>& at) {
@@ -197,13 +198,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton of the arm alone, with the best sockets and plates for each candidate (variable projection): J is
-  // projected onto the complement of N, their derivatives. A prior (nominal, plausible errors) holds undetermined
-  // parameters.
+  // Gauss–Newton for the arm's parameters alone; sockets and plates take their best values for each candidate (variable
+  // projection): J is projected onto the complement of their derivatives N. A prior (nominal values, plausible errors)
+  // holds undetermined parameters.
   MatrixXd open_axes;
-  // covariance of the parameters, each divided by its scale
+  // Covariance of the parameters, each divided by its scale.
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
-  double sigma = 2e-4;  // m; later estimated
+  double sigma = 2e-4;  // m, first value; estimated later
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);
     std::size_t rows = 0;
@@ -228,7 +229,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
         Eigen::Matrix3d lever;
         lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-        // per 0.1 rad, for columns of similar size
+        // Rotations are in units of 0.1 rad, so that all columns have similar size.
         N.block(row, first + 3, 3, 3) = -lever * 10;
       }
       row += 3;
@@ -237,7 +238,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // Determined: σ below a third of the plausible error.
+    // A direction is determined if its standard deviation is below a third of the plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
@@ -258,19 +259,20 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // Otherwise rounding of exact data would determine parameters.
+    // The noise has a lower limit; otherwise the rounding of exact data would determine parameters.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // Converged: exclude outliers and continue.
+      // After convergence, excludes outliers and continues.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
       std::vector<double> sorted = sizes;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double limit =
-          std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);  // 1.538 σ: median length of a normal 3D error
+          // 1.538 σ is the median length of a normally distributed 3D error
+          std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);
       for (std::size_t i = 0; i < captures.size(); ++i) {
         const bool keep = sizes[i] <= limit;
         changed = changed || keep != used[i];
@@ -293,13 +295,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand is still within a millimetre: more means another arm or plate.
+  // A hand is steady to a millimetre. A larger value means another arm or another plate.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Slips are rare in each group.
+  // Slips are rare, so most captures of each group must fit.
   for (const auto& [id, group] : groups) {
     const auto kept =
         std::count_if(group.captures.begin(), group.captures.end(), [&](std::size_t i) { return used[i]; });
@@ -308,7 +310,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
           fmt::format("only {} of the {} captures of {} {} fit the others: {}", kept, group.captures.size(),
                       group.plate ? "plate" : "socket", id, group.plate ? "has it another pitch?" : "has it moved?");
   }
-  // Reduced echelon form: few parameters per direction.
+  // Reduced echelon form: each open direction contains few parameters.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

@@ -19,9 +19,9 @@ namespace typodont::calibration {
 
 namespace {
 
-// Blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (W to K: angle-axis, translation), panel (angle-axis, middle,
-// width, height), mirror (normal), its offset, touched points. Analytic derivatives: automatic ones took ten times as
-// long.
+// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (W to K: angle-axis, translation), panel (angle-axis,
+// middle, width, height), mirror normal, mirror offset, touched points. Derivatives are analytic; automatic ones took
+// ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -101,7 +101,7 @@ struct PanelSpot {
   }
 };
 
-// Lens and camera come first; residuals in pixels × `weight` (1/σ).
+// In all cost functions, lens and camera come first; residuals are in pixels × `weight` (1/σ).
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -178,9 +178,9 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
   double weight_;
 };
 
-using Planar = std::vector<std::array<double, 4>>;  // m and pixels
+using Planar = std::vector<std::array<double, 4>>;  // positions on a plane in m, and in the picture in pixels
 
-// Direct linear transform, normalised.
+// Homography by direct linear transform with normalised coordinates.
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
@@ -203,7 +203,7 @@ Eigen::Matrix3d homography(const Planar& points) {
   return to * H * from;
 }
 
-// Plane relative to the camera (Zhang 2000, section 3.1).
+// Pose of a plane relative to the camera (Zhang 2000, section 3.1).
 Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   Eigen::Matrix3d K;
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
@@ -232,7 +232,7 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Of the last `wanted` unknowns of `order`; false: not all determined.
+// Covariance of the last `wanted` unknowns of `order`. Returns false if they are not all determined.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -298,7 +298,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Cameras start from the plane of touched points, if they are flat.
+  // The first estimate of the cameras uses the plane of the touched points, if these are flat.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -322,7 +322,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  // board of the touched points
+  // Plane of the touched points as a board B.
   const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};
   const Pose X_BW = inverse(X_WB);
 
@@ -338,7 +338,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2, ω = diag(1/f², 1/f², 1): linear in 1/f² (centred, square pixels).
+  // First focal length: h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f² (principal
+  // point in the centre, square pixels).
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;
   for (const auto& [id, seen] : pictures) {
@@ -357,7 +358,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
   if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
 
-  // Cameras from the touched board, panel from them, other cameras from the panel.
+  // First estimates: cameras that see touched points, then the panel from them, then other cameras from the panel.
   std::map<int, Pose> X_KW;
   std::optional<Pose> X_WP;
   for (const auto& [id, seen] : pictures) {
@@ -381,7 +382,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // The mirror is half-way between a corner and its reflection.
+    // The mirror is half-way between the panel and its reflection.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -428,11 +429,11 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.max_num_iterations = 200;
   solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
-  // Far from the solution they would fit other errors.
+  // First without lens distortion, because far from the solution it would fit other errors.
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The guess is good; a smaller region doubled the iterations.
+  // The first estimate is good; a smaller trust region doubled the number of iterations.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
@@ -440,7 +441,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.function_tolerance = 1e-8;  // relative change of chi-squared
   ceres::Solve(solver, &problem, &summary);
 
-  // Wanted unknowns last: only the last Cholesky block is needed (Ceres' covariance took as long as the solution).
+  // The wanted unknowns come last, so that only the last block of the Cholesky factor is needed. (Ceres' own covariance
+  // took as long as the solution.)
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());
@@ -466,7 +468,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
   result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
   if (mirror) {
-    // Tangents of the normal.
+    // Tangent vectors of the mirror's normal.
     RowMajor<3, 2> tangent;
     ceres::SphereManifold<3>().PlusJacobian(normal, tangent.data());
     const Matrix3d N = tangent * C.block<2, 2>(17, 17) * tangent.transpose();
@@ -544,7 +546,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       height,
       std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
       {}};
-  // Whole pixels; a white border of one cell.
+  // Cells have whole pixels, and the board has a white border of one cell.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
   if (cell < 4)
     throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
@@ -552,7 +554,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1) is dark.
+      // Cell (1, 1) is dark, and so every second one.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

@@ -1,6 +1,5 @@
-// The sparser stream is interpolated at the denser one's times. Interpolation is least noisy between samples, which
-// biases least squares. An instrument avoids it: the denser stream's slope, without the sample itself. Variance reaches
-// σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser one, which has the least noise between samples. So the
+// equations are multiplied by an instrument: the slope of the denser stream without the sample itself.
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -34,14 +33,14 @@ double median(std::vector<double> values) {
 
 constexpr std::size_t kThrough = 6;  // number of samples through which an interpolating polynomial goes
 
-// Without frozen samples; a gap begins a segment.
+// A stream without frozen samples, split into segments at gaps.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // its segment's begin and end, per sample
+  std::vector<std::size_t> begin, end;  // for each sample: begin and end of its segment
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
-  // Lagrange denominators of a sample and the next five
+  // Denominators of the Lagrange polynomial through a sample and the next five.
   std::vector<std::array<double, kThrough>> denominators;
 };
 
@@ -58,7 +57,7 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // Repeated bits are a frozen sensor, or a coarse encoder if most repeat.
+  // Repeated equal samples mean a frozen sensor; or a coarse encoder, if most samples are repeated.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -100,10 +99,10 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // variance of p / of a sample
+  double noise_gain = 1;  // variance of p / variance of a sample
 };
 
-// Lagrange through six samples around u; none across a gap.
+// Lagrange interpolation through six samples around u, without gaps.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -118,7 +117,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const double* t = &track.t[first];
   double gap[kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) gap[j] = (u - t[j]) / track.step;
-  // [j][k]: all gaps but j and k
+  // [j][k]: product of all differences except those of j and k.
   double without[kThrough][kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
@@ -146,7 +145,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// From k ± 1 … k ± m, without k; none across a gap.
+// Slope at sample k by regression over the samples k ± 1 … k ± m, without k itself; nullopt across a gap.
 std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return {};
   double mean_t = 0;
@@ -167,7 +166,7 @@ std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) 
   return v / tt;
 }
 
-// Per axis: fourth differences of white noise have 70 σ², of smooth motion 0.
+// Noise per axis from fourth differences, which are 70 σ² for white noise and 0 for smooth motion.
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -175,12 +174,12 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  // 70 σ² × chi-squared of 3 degrees, median 2.366.
+  // The median of chi-squared (3 degrees of freedom) is 2.366.
   return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 
 struct Shift {
-  double u = 0;     // s: query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s, delay of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
@@ -194,7 +193,8 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Mean squared difference over `horizon` s after a shift and the best translation (with `rotate`: rigid motion).
+  /// Mean squared difference in the first `horizon` seconds, after a shift by `u` and the best translation (`rotate`:
+  /// rigid motion).
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -211,7 +211,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // Glitches: at most 1.5 times the mean that the median implies.
+    // Limits the influence of glitches: at most 1.5 times the mean that the median implies.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -224,7 +224,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // sparse stream in the query's frame
+    Pose X;  // pose of the sparse stream, in the query's frame
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
@@ -232,13 +232,13 @@ class Matcher {
     bool determined = false;
   };
 
-  /// From a start near the minimum.
+  /// Refines the shift from a start near the minimum.
   Solution solve(Shift shift, bool rotate, bool skew, double horizon) const {
     const double stop = start_ + horizon, middle = 0.5 * (start_ + std::min(end_, stop));
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Large m: less noise; small m: fast motion.
+    // Slopes over many samples (large m) have less noise; those over few follow fast motion. The best m is used.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
@@ -248,7 +248,7 @@ class Matcher {
       for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k)
         slopes_.push_back(slope_at(query_, k, m));
       for (int round = 0; round < 12; ++round) {
-        // Builds the equations for the present time shift.
+        // Builds the equations for the current shift.
         rows_.clear();
         std::size_t hint = 0;
         for (std::size_t k = 0; k < slopes_.size(); ++k) {
@@ -274,7 +274,7 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // Of X s(t - u - rate dt): -v, -v dt, 1, and θ × (at - centre).
+          // Derivatives of X s(t - u - rate dt): -v, -v dt, 1, and θ × (at - centre).
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -293,7 +293,7 @@ class Matcher {
         if (used < 12) break;
         const auto n = static_cast<Eigen::Index>(columns);
         const Eigen::MatrixXd A = ZG.topLeftCorner(n, n);
-        // Seconds, metres and radians differ by orders of magnitude.
+        // Scales the unknowns, because seconds, metres and radians differ by orders of magnitude.
         Eigen::VectorXd scale(n);
         for (Eigen::Index i = 0; i < n; ++i) scale[i] = ZZ(i, i) > 0 ? 1 / std::sqrt(ZZ(i, i)) : 1;
         const Eigen::FullPivLU<Eigen::MatrixXd> lu(scale.asDiagonal() * A);
@@ -321,7 +321,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Glitches: above 7 σ of the median.
+        // Glitches: residuals above 7 standard deviations, estimated from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -354,7 +354,7 @@ class Matcher {
   mutable std::vector<dvec3> scratch_a_, scratch_b_;
   mutable std::vector<double> scratch_r_, residuals_;
   mutable std::vector<Row> rows_;
-  mutable std::vector<std::optional<dvec3>> slopes_;  // at the query's samples, per m
+  mutable std::vector<std::optional<dvec3>> slopes_;  // slopes at the query's samples, for one m
 };
 
 double variance_of(const Track& track) {
@@ -377,7 +377,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.lost_a = track_a.lost, result.lost_b = track_b.lost;
   result.frozen_a = track_a.frozen, result.frozen_b = track_b.frozen;
 
-  // The denser stream asks.
+  // The denser stream is the query; the other is interpolated.
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
@@ -392,7 +392,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // Without variation beyond noise, no information.
+  // A stream whose variance is that of its noise contains no information.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -408,7 +408,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     return result;
   }
 
-  // All delays, with and without rotation.
+  // Computes the mismatch for all delays, without and with rotation.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
   const double step = window / half;
@@ -420,7 +420,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // Agreement within noise needs no rotation.
+    // Streams that agree within their noise need no rotation.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
@@ -446,7 +446,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Up to 1.5 times the best: interpolation scales noise by 0.7 to 1, skew flattens minima.
+  // Minima up to 1.5 times the best one are plausible: interpolation scales noise by 0.7 to 1, and a difference of
+  // clock rates flattens minima.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -460,7 +461,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Noise may split a minimum.
+    // Noise may split a minimum in two; both count once.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -482,13 +483,13 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Growing intervals, for clocks of different rates.
+  // Refines the delay over growing intervals, because the clocks may have different rates.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // Another interval has another middle: rate × distance.
+      // A longer interval has another middle, so u changes by rate × distance.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
@@ -496,7 +497,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // `fraction` of the residual's variance from the sparse stream.
+  // Fraction of the residual's variance from the sparse stream.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
@@ -507,7 +508,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // Real clocks differ by less than 1e-3.
+    // Rates of real clocks differ by less than 1e-3.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -27,7 +27,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
         const EyeAlignment& a = alignments[i];
         const dvec3 eye = eye_of(at, a.right), dot = rig.appears(a.dot.u, a.dot.v);
         const dvec3 sight = glm::normalize(dot - eye);
-        // Two fixed axes perpendicular to the line of sight.
+        // Residual along two axes perpendicular to the line of sight.
         const dvec3 across = glm::normalize(glm::cross(sight, dvec3(0.36, 0.48, 0.8)));
         const dvec3 other = glm::cross(sight, across), e = a.p_W - eye;
         r[0] = glm::dot(across, e), r[1] = glm::dot(other, e);
@@ -55,8 +55,8 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // Six unknowns: left eye 0 to 2, right 3 to 5. Columns: open directions; the first one's largest component names
-    // the eye. Equal depths leave the other eye open, too.
+    // The unknowns 0 to 2 are the left eye, 3 to 5 the right one. The columns are open directions; the largest
+    // component of the first one identifies the eye. If all depths are equal, both eyes are open.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +
@@ -78,7 +78,7 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  // 5.5 σ from the median offset; 1.5382 is the median of |x| for a normal vector in space.
+  // Limit of 5.5 standard deviations from the median offset; 1.5382 is the median of |x| for a normal vector in space.
   const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());

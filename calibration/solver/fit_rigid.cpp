@@ -1,4 +1,4 @@
-// The closed form, the one part that must be fast.
+// Closed-form rigid fit of point pairs, the only part of the solvers that must be fast.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Cyclic Jacobi, for two nearly equal eigenvalues.
+// Eigenvectors by cyclic Jacobi, used for two nearly equal eigenvalues.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -49,7 +49,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   const std::size_t n = std::min(p_H.size(), p_D.size());
   if (n == 0) return {};
 
-  // Scaled to 1: 1e-6 and 1e6 behave alike.
+  // Scales the points to size 1, so that 1e-6 and 1e6 behave alike.
   dvec3 c_H(0), c_D(0);
   for (std::size_t i = 0; i < n; ++i) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(n), c_D /= static_cast<double>(n);
@@ -67,14 +67,14 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     for (double& x : row) x *= 2 / spread;  // eigenvalues of K at most 1
   }
 
-  // Horn 1987: eigenvector of K for its largest eigenvalue.
+  // Horn 1987: the rotation is the eigenvector of K for its largest eigenvalue.
   const double xx = m[0][0], xy = m[0][1], xz = m[0][2], yx = m[1][0], yy = m[1][1], yz = m[1][2], zx = m[2][0],
                zy = m[2][1], zz = m[2][2];
   double K[4][4] = {{xx + yy + zz, zy - yz, xz - zx, yx - xy},
                     {zy - yz, xx - yy - zz, xy + yx, xz + zx},
                     {xz - zx, xy + yx, yy - xx - zz, yz + zy},
                     {yx - xy, xz + zx, yz + zy, zz - xx - yy}};
-  // Theobald 2005: Newton from above on λ⁴ + c2 λ² + c1 λ + c0.
+  // Largest eigenvalue by Newton's method from above on λ⁴ + c2 λ² + c1 λ + c0 (Theobald 2005).
   double c2 = 0;
   for (const auto& row : m) {
     for (const double x : row) c2 -= 2 * x * x;
@@ -94,7 +94,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // Rows of adj(K - λ) are the eigenvector; the largest diagonal is the longest.
+  // Each row of adj(K - λ) is the eigenvector; the row with the largest diagonal element is the longest.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];
@@ -123,7 +123,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // Two Newton steps δ: maximise tr(exp(-[δ]) B), B = M Rᵀ: (tr B - sym B) δ = axial(B).
+  // Two Newton steps δ refine the rotation: maximise tr(exp(-[δ]) B), B = M Rᵀ, by (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];

@@ -28,18 +28,18 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Indices = std::vector<std::size_t>;
 
-// m, rotation error to displacement, about a stylus
+// Lever arm that converts a rotation error to a displacement, as at a stylus, m.
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m, rounding
-// triples of rows; with half good, all bad with 1e-23
+constexpr double kFloor = 1e-13;  // rad and m, rounding error
+// Number of random triples of rows; with half of the pairs good, all are bad with a probability of 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;       // number of best random samples that concentrate() improves
-constexpr std::size_t kLeastToReject = 8;  // pairs, below which none is rejected
-// pairs, above which the noise is 6×6
+constexpr std::size_t kLeastToReject = 8;  // number of pairs below which none is rejected
+// Number of pairs from which the noise is estimated as a full 6×6 matrix.
 constexpr std::size_t kLeastForFullNoise = 20;
-// rad rms, smallest rotations that determine X and Z
+// Smallest rms rotations that determine X and Z, rad.
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// rotations / noise, below which nothing is determined
+// Smallest rotation / noise for which anything is determined.
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -69,15 +69,16 @@ dquat turned_by(const Vector3d& v) {
   return {std::cos(0.5 * angle), k * v.x(), k * v.y(), k * v.z()};
 }
 
-/// X on the arm, Z in the room.
+/// Unknown poses: X on the arm, Z in the room.
 struct Unknowns {
   Pose X, Z;
 };
 
-/// Z B in the frame of A X (rotation vector; translation): equal noise in all rows, lever arm S to M included.
+/// Residual of a pair: Z B in the frame of A X (rotation vector; translation). All rows have equal noise, and the lever
+/// arm from S to M is included.
 struct Row {
   Pose A, B;
-  Unknowns at;  // linearised here
+  Unknowns at;  // linearisation point
   Matrix6 whitening;
 
   template <class T>
@@ -161,8 +162,8 @@ class Solver {
     return r;
   }
 
-  // R_X, R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah 2013): singular vectors of Σ R_B ⊗ R_A (motions: eigenvector), then
-  // the nearest rotations.
+  // R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah 2013): singular vectors of Σ R_B ⊗ R_A (for motions an
+  // eigenvector), then the nearest rotations.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -186,7 +187,7 @@ class Solver {
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
     }
-    // R_A t_X - t_Z = R_Z t_B - t_A.
+    // Translations by least squares: R_A t_X - t_Z = R_Z t_B - t_A.
     const Eigen::Index unknowns = options_.motions ? 3 : 6;
     Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(rows.size()), unknowns);
     Eigen::VectorXd d(J.rows());
@@ -205,7 +206,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// Squared residual, m², rotation × kLever.
+  /// Squared residual of a pair, m²; rotations × kLever.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
@@ -213,7 +214,7 @@ class Solver {
 
   struct Sample {
     double score = std::numeric_limits<double>::infinity();  // m², sum of distance2() over `rows`
-    // half of all plus two, nearest
+    // The nearest rows: half of all plus two.
     Indices rows;
   };
   Sample concentrate(const Indices& rows) const {
@@ -229,7 +230,7 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares from random triples; concentrate() refits and keeps the better half until stable.
+  // Least trimmed squares from random triples; concentrate() refits and keeps the better half, until nothing improves.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -252,7 +253,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Largest residual of the better half / its expected value at noise 1.
+    // Noise from the largest residual of the better half / its expected value for noise 1.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -281,7 +282,7 @@ class Solver {
     return rows;
   }
 
-  /// Few rows: two variances; many: all 21 elements.
+  /// Noise covariance: two variances for few rows, all 21 elements for many.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -348,17 +349,17 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // Inverse Wishart: ν / (ν - 7) too large.
+    // The mean of an inverse Wishart distribution is too large by ν / (ν - 7).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Units differ: scaled by the roots of the diagonal.
+    // Scaled by the diagonal's roots, because the units differ.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
                   scale.asDiagonal();
   }
 
-  // Second moment of rotation vectors, frame S.
+  // Second moment of the arm's rotation vectors, frame S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -370,7 +371,7 @@ class Solver {
     if (options_.motions) {
       for (const std::size_t i : rows) add(A_[i].R);
     } else {
-      const std::size_t step = 1 + rows.size() / 200;  // a part of many rows
+      const std::size_t step = 1 + rows.size() / 200;  // uses only a part of many rows
       for (std::size_t i = 0; i < rows.size(); i += step) {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
@@ -426,7 +427,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The usual mistake: inverted tracker poses. Reports if they fit better.
+      // Checks the most frequent mistake: reports it if inverted tracker poses fit better.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);
@@ -450,9 +451,9 @@ class Solver {
   std::size_t n_;
   int parameters_;
   Eigen::MatrixXd covariance_;
-  // rad and m per axis
+  // Noise per axis: rotation (rad) and translation (m).
   double rotation_sigma_ = 0, translation_sigma_ = 0;
-  Vector3d axis_ = Vector3d::Zero();  // main axis in S
+  Vector3d axis_ = Vector3d::Zero();  // main axis of rotation in S
   HandEyeResult result_;
 };
 

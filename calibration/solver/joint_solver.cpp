@@ -35,14 +35,14 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// d(R p)/dv, R = rotation_vector(v), `turned` = R p. Gibbs vector g = v/2: ω = 2/(1+g²) (ġ + g × ġ) (Bauchau &
-/// Trainelli 2003, eq. 61).
+/// Derivative d(R p)/dv of a rotated vector, R = rotation_vector(v), `turned` = R p. With the Gibbs vector g = v/2: ω =
+/// 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// With derivatives by left eye, left dot, right eye, right dot.
+/// closest_point() with derivatives by left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;
@@ -62,7 +62,7 @@ dvec3 triple(const VectorXd& x, Eigen::Index at) {
   return {x[at], x[at + 1], x[at + 2]};
 }
 
-// Offsets from the guess: the prior has mean zero.
+// Order of the unknowns, which are offsets from the first estimate, so that the prior has mean zero.
 struct Layout {
   Eigen::Index arm = 0, panel = 18, mirror = 26, eyes = 29, offset = 35, places = 38, size = 38;
 };
@@ -90,7 +90,7 @@ class Model {
     for (std::size_t i = 0; i < captures.registration.size(); ++i) {
       if (captures.registration[i].dots) add(kTouch, i);
     }
-    // The panel's frame, the mirror's tilt axes.
+    // Frame of the panel, and axes of the mirror's tilt.
     const Panel& p = bench.rig.panel;
     right_ = p.lower_right - p.lower_left, up_ = p.upper_left - p.lower_left;
     width_ = glm::length(right_), height_ = glm::length(up_);
@@ -148,7 +148,7 @@ class Model {
     return {0.5 * (l + r), glm::length(r - l), glm::normalize(r - l)};
   }
 
-  /// Unknowns of one touch.
+  /// Indices of the unknowns on which a touch depends.
   std::vector<Eigen::Index> unknowns(std::size_t block) const {
     std::vector<Eigen::Index> list;
     const auto range = [&](Eigen::Index first, Eigen::Index count) {
@@ -167,7 +167,7 @@ class Model {
     return list;
   }
 
-  /// Residuals and derivatives, in the order of unknowns(block).
+  /// Residuals of a touch and their derivatives, in the order of unknowns(block).
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -243,7 +243,8 @@ class Model {
       const auto unit = [](const dvec3& v, double length) -> Matrix3d {
         return (Matrix3d::Identity() - eigen(v) * eigen(v).transpose()) / length;
       };
-      // A turned sight turns its perpendiculars; a moved eye moves the vector to the tip.
+      // If the line of sight rotates, its perpendicular axes rotate too; if the eye moves, the vector to the tip
+      // changes.
       const Matrix3d by_sight = unit(across, glm::length(normal)) * -cross_matrix(fixed);
       Eigen::Matrix<double, 2, 3> by_e, turned;
       by_e << eigen(across).transpose(), eigen(other).transpose();
@@ -277,7 +278,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// Of the mirror's normal.
+  /// Derivatives of the mirror's normal by its two tilt angles.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);
@@ -316,7 +317,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   const std::size_t blocks = model.blocks();
   std::vector<bool> used(blocks, true);
   std::vector<double> size(blocks);
-  double sigma[kKinds];  // m per component and kind of touch
+  double sigma[kKinds];  // m, noise per component for each kind of touch
   std::fill(sigma, sigma + kKinds, 2e-4);
   VectorXd x = VectorXd::Zero(n);
   Eigen::MatrixXd covariance;
@@ -360,14 +361,14 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       if (counts[k] > 0 && round == 0) result.kinds[k].before_rms = std::sqrt(squares[k] / counts[k]);
       if (counts[k] > 0) result.kinds[k].after_rms = std::sqrt(squares[k] / counts[k]);
     }
-    // Prior: mean zero, plausible errors.
+    // Prior with mean zero and plausible errors as standard deviations.
     const Eigen::MatrixXd information = JJ + Eigen::MatrixXd::Identity(n, n);
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     const VectorXd step = -ldlt.solve(Jr + x.cwiseQuotient(scale));
     x += scale.cwiseProduct(step);
     covariance = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
 
-    // Per kind, from the median.
+    // Noise of each kind of touch, from the median of its residuals.
     if (round < 2 || step.norm() > 1e-3) continue;
     bool changed = false;
     for (std::size_t k = 0; k < kKinds; ++k) {
@@ -375,7 +376,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Gradual decrease: before convergence, good residuals are large.
+      // Reduced gradually, because good residuals are still large before convergence.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

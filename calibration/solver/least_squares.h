@@ -1,4 +1,5 @@
-// Gauss–Newton: numeric Jacobian, scaling, outliers, covariance, open directions. For this module's .cpp files.
+// Gauss–Newton solver with numeric Jacobian, scaling, outlier rejection, covariance and open directions. Used only by
+// .cpp files of this module.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,12 +15,13 @@ struct LeastSquares {
   double sigma = 0;            // standard deviation of each component of the residuals
   int degrees_of_freedom = 0;
   std::vector<bool> used;
-  std::vector<double> residuals;  // norm per block (touch)
-  // one per column, of scaled unknowns
+  std::vector<double> residuals;  // norm of the residual of each block (touch)
+  // Undetermined directions, one per column, in scaled unknowns.
   Eigen::MatrixXd open_axes;
 };
 
-/// `residual(x, block, r)` writes `size` values. `scale`: plausible errors; determined: σ below a third.
+/// `residual(x, block, r)` writes `size` values. `scale`: plausible errors of the unknowns. A direction is determined
+/// if its standard deviation is below a third of its plausible error.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {
@@ -63,7 +65,7 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     const double previous = sigma;
     if (result.degrees_of_freedom > 0) sigma = std::max(1e-13, std::sqrt(squares / result.degrees_of_freedom));
     if (round > 2 && step.norm() < 1e-8 && std::abs(sigma - previous) <= 1e-5 * sigma + 1e-13) {
-      // Converged: exclude outliers (median) and continue.
+      // After convergence, excludes outliers (detected by the median) and continues.
       std::vector<double> sorted = result.residuals;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double per_axis = sorted[sorted.size() / 2] / (size == 1 ? 0.6745 : size == 2 ? 1.1774 : 1.5382);

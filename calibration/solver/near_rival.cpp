@@ -12,10 +12,10 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // pairs that determine a motion
-constexpr std::size_t kSearched = 64;  // pairs of the coarse search
+constexpr std::size_t kLeast = 3;      // smallest number of pairs that determine a motion
+constexpr std::size_t kSearched = 64;  // largest number of pairs in the coarse search
 
-// Two motions H to D, and their pairs.
+// Two motions from H to D, and the pairs that follow each.
 struct Halves {
   Pose X[2];
   Indices pairs[2];
@@ -37,7 +37,8 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Reassign and refit until stable; false: too few pairs left.
+  /// Assigns pairs to the nearer motion and refits, until nothing changes. Returns false if a motion keeps too few
+  /// pairs.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {
@@ -81,7 +82,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
-  // One motion, and its residuals' scatter.
+  // Fits one motion, and computes the scatter of its residuals.
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
@@ -99,7 +100,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const std::size_t n = looked_at.size();
 
   Halves best;
-  // Second motion: the half of `looked_at` that `first` fits worst.
+  // The second motion is fitted to the half of `looked_at` that `first` fits worst.
   std::vector<std::pair<double, std::size_t>> order(n);
   const auto start_from = [&](const Pose& first) {
     for (std::size_t k = 0; k < n; ++k) order[k] = {splitter.residual2(first, looked_at[k]), looked_at[k]};
@@ -109,7 +110,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // A displacement: split by the sign along the main direction.
+  // For two motions that differ by a displacement: splits by the sign of the residual along its main direction.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -118,7 +119,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // A quarter of all triples follow one motion: all, or 48 random ones.
+  // A quarter of all triples belong to one motion. Tries all triples, or 48 random ones.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -143,7 +144,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Chance: SSR ratio ~ Beta((3m-12)/2, 3); known σ: decrease/σ² ~ chi-squared of 6 degrees; × number of splits.
+  // Probability of this split by chance: the ratio of squared residuals has the distribution Beta((3m-12)/2, 3); with
+  // known σ, decrease/σ² is chi-squared with 6 degrees of freedom. Multiplied by the number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);
@@ -157,7 +159,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Elongated noise looks like two motions: two round distributions must fit better than one elongated.
+    // Elongated noise looks like two motions. So two isotropic distributions must fit better than one elongated one.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

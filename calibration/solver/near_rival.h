@@ -1,4 +1,4 @@
-// Pairs that follow two similar rigid motions, which one motion with noise seems to fit.
+// Finds pairs that follow two similar rigid motions, which look like one motion with noise.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,19 @@
 namespace typodont::calibration {
 
 struct Split {
-  Pose X_first, X_second;                  // X_first has more pairs
+  Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
-  double sigma = 0;                        // m per axis, under their own motion
-  double log_nfa = 0;                      // log NFA of the split
+  double sigma = 0;                        // m per axis, noise of pairs under their own motion
+  double log_nfa = 0;                      // logarithm of the number of equal splits expected by chance
 };
 
-/// Best split of `pairs`, if it beats one motion with (also elongated) noise. `known_sigma`: m per axis, 0: estimated;
-/// `rounding`: m.
+/// Best split of `pairs`, if it is better than one motion with (also elongated) noise. `known_sigma`: m per axis, 0:
+/// estimated; `rounding`: m.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 
-/// Assigns pairs within `limit` (m) to the nearer motion and refits, until stable. Returns how many noise has probably
-/// misassigned.
+/// Assigns pairs within `limit` (m) to the nearer motion and refits, until nothing changes. Returns the expected number
+/// of pairs that noise has assigned to the wrong motion.
 double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

@@ -28,7 +28,7 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
   dvec3 c_H(0), c_D(0);
   for (const std::size_t i : fit.pairs) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(fit.pairs.size()), c_D /= static_cast<double>(fit.pairs.size());
-  // The rotation does not depend on scale (Umeyama 1991).
+  // The best rotation is independent of scale (Umeyama 1991).
   double hh = 0, hd = 0;
   for (const std::size_t i : fit.pairs) {
     const dvec3 h = p_H[i] - c_H;
@@ -43,7 +43,7 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    // 64 points give two thousand distances.
+                    // 64 points give two thousand distances, which are enough.
       step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
@@ -64,14 +64,14 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
   return std::nullopt;
 }
 
-// Reflected: p_D -> -p_D.
+// Fits the reflected points: p_D -> -p_D.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
   const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // Flat sets are their own image; otherwise fewer residuals or more pairs decide.
+  // A flat set is its own mirror image. For other sets, smaller residuals or more pairs decide.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);

@@ -1,4 +1,4 @@
-// Mirror images and other units. For the registration.
+// Recognises mirror images and wrong units; used by the registration.
 #pragma once
 
 #include <optional>
@@ -7,16 +7,16 @@
 
 namespace typodont::calibration {
 
-/// F-test at 1 %; false for flat sets.
+/// Returns true if D is a mirror image of H (F-test at 1 %); false for flat sets.
 bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// The same with outliers: more pairs, or closer ones.
+/// Returns true if a mirror image fits more pairs, or fits them better. For data with outliers.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Lengths in D / in H, if a scale fits far better and differs by 2 %.
+/// Ratio of lengths in D to those in H, if a scale fits much better and differs from 1 by 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// The same with outliers, by the median of distance ratios.
+/// Ratio of lengths in D to those in H, as the median over distances. For data with outliers.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

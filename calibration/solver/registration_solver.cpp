@@ -24,9 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// of two motions by chance
+// Largest probability that a split into two motions is chance.
 constexpr double kSplitChance = 1e-3;
-// noise after / before adding pairs; above: they were wrong
+// Largest ratio of the noise after and before adding pairs; above it, the added pairs were wrong.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -47,8 +47,8 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 struct Scatter {
-  Vector3d values;  // m² about the centroid, ascending
-  Matrix3d axes;    // frame H, in columns
+  Vector3d values;  // m², sums of squares about the centroid, ascending
+  Matrix3d axes;    // axes in H, as columns
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -59,7 +59,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Small eigenvalues suffer rounding: again, perpendicular to the main axis.
+  // Small eigenvalues suffer from rounding, so they are summed again perpendicular to the main axis.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -69,7 +69,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// m², of a full box about the centroid.
+/// Second moment of a full box about the centroid, m².
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -79,7 +79,7 @@ std::string words(const dvec3& v) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z);
 }
 
-/// Agreement, rivals, noise, open directions, covariance.
+/// Steps of a registration: agreement, rivals, noise, open directions, covariance.
 class Registration {
  public:
   Registration(Points p_H, Points p_D, const RegistrationOptions& options)
@@ -130,7 +130,7 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds pairs below `limit` (m) and refits, until stable.
+  // Adds pairs with residuals below `limit` (m) and refits, until nothing changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -143,13 +143,13 @@ class Registration {
     return fit;
   }
 
-  // Pairs go to the nearer motion. The second is a rival if many pairs follow it, or if it is too similar to tell;
-  // otherwise its pairs are outliers.
+  // Assigns the pairs to the nearer of two motions. The second motion is a rival if many pairs follow it, or if it is
+  // too similar to be separated; otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Take back pairs of the first motion, unless the noise grows.
+    // Adds pairs that fit the first motion again, unless the noise grows.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -157,7 +157,7 @@ class Registration {
     return rival;
   }
 
-  // Known noise: only if residuals contradict it (5 %).
+  // Looks for two similar motions. With known noise, only if the residuals contradict it (5 %).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {
@@ -169,7 +169,7 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs: without them, one motion remains.
+      // Perhaps only a few pairs are wrong, and one motion remains without them.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -188,10 +188,10 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // of another motion by chance; larger with known noise, so that four pairs suffice
+      // Largest probability that another motion is chance; larger with known noise, so that four pairs suffice.
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // Loose agreement: bad touches, no second motion.
+      // Pairs that agree only loosely are bad touches, not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -203,7 +203,8 @@ class Registration {
     }
   }
 
-  // Doubtful if three outliers agree within the noise of fit_.pairs, and their motion fits 30 % as many.
+  // The result is doubtful if three outliers agree within the noise of fit_.pairs, and their motion fits at least 30 %
+  // as many pairs.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -238,7 +239,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // Few degrees of freedom: the largest noise at 95 %.
+    // With few degrees of freedom, the estimate is uncertain: largest noise that is compatible with the residuals (95
+    // %).
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -283,7 +285,7 @@ class Registration {
     }
   }
 
-  // Mirror image, or other units.
+  // Tests whether D is a mirror image of H, or in other units.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -315,7 +317,8 @@ class Registration {
     }
   }
 
-  // Cramér–Rao: σ² (Σ(|p|² I - p pᵀ))⁻¹ about the centroid, σ²/N for it; then moved to the origin.
+  // Cramér–Rao bound: rotation σ² (Σ(|p|² I - p pᵀ))⁻¹ about the centroid, centroid σ²/N; then transformed to the
+  // origin.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
     const double sigma2 = std::isfinite(result_.sigma) ? result_.sigma * result_.sigma : 0.0;
@@ -331,7 +334,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // t = c_D - R c_H: θ changes t by [R c_H] θ.
+    // t = c_D - R c_H, so θ changes t by [R c_H] θ.
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;
@@ -342,7 +345,7 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared error: 3σ²/N + tr(S) tr(C) - tr(S C).
+    // Mean squared error over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C).
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];
@@ -362,9 +365,9 @@ class Registration {
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;   // m, rms, ascending
-  double noise_ = 0;  // m per axis, largest compatible
-  // within rounding
+  Vector3d spread_;   // m, rms spread of the points along main axes, ascending
+  double noise_ = 0;  // m per axis, largest noise compatible with the residuals
+  // The points coincide, or lie on a line, within rounding.
   bool coincident_ = false, collinear_ = false;
   int undetermined_ = 0;  // number of rotations that the points do not determine
 };
@@ -419,7 +422,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // For σ = 1; a ridge keeps it finite while the rotation is open.
+    // Variances for σ = 1. A ridge keeps them finite while the rotation is not determined.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

@@ -18,7 +18,8 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// X_WH from touches of marks, which do not depend on sight. The registration's X_WH includes the user's error.
+// X_WH from touches of marks, which do not depend on the user's sight. The X_WH of the registration includes the user's
+// error.
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)
@@ -65,7 +66,7 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
   bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
-  // With known eyes, what the user saw.
+  // With known eyes, uses the positions that the user saw.
   const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {

@@ -43,7 +43,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
         fmt::format("{} touches: at least three marks that do not lie on one line are needed", touches.size());
     return result;
   }
-  // p = c + (u - ½) a + (v - ½) b by least squares; |a|, |b|: width, height.
+  // Least squares for p = c + (u - ½) a + (v - ½) b; |a| and |b| are width and height.
   Eigen::MatrixXd A(static_cast<Eigen::Index>(touches.size()), 3), P(static_cast<Eigen::Index>(touches.size()), 3);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -62,7 +62,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
   const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2),
                                 row(0) - 0.5 * row(2)};
-  // X_WP: origin in the middle, z to the viewer
+  // X_WP: origin in the middle of the panel, z to the viewer.
   const Pose X0 = fit_rigid(flat, seen);
 
   const auto unpack = [&](const Eigen::VectorXd& x) {

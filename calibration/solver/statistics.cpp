@@ -8,7 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Series or continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
+// Regularised incomplete gamma function, by series or continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
 double gamma_p(double a, double x) {
   if (x <= 0) return 0;
   const double scale = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -29,7 +29,7 @@ double gamma_p(double a, double x) {
   return 1 - scale * h;
 }
 
-// Abramowitz & Stegun 26.5.8, by Lentz.
+// Continued fraction of the incomplete beta function (Abramowitz & Stegun 26.5.8), by Lentz's method.
 double beta_fraction(double a, double b, double x) {
   const double tiny = 1e-300;
   double c = 1, d = 1 - (a + b) * x / (a + 1);
@@ -49,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// 1 - I_x(a, b), accurate when tiny.
+// 1 - I_x(a, b), accurate also if it is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;
@@ -59,7 +59,7 @@ double beta_upper(double a, double b, double x) {
   return front * beta_fraction(b, a, 1 - x) / b;
 }
 
-// Zero of an increasing function: bisection of the logarithm, then Illinois.
+// Zero of an increasing function: bisection of the logarithm, then the Illinois method.
 template <class F>
 double solve_increasing(F f) {
   double low = 1e-12, high = 1e12;

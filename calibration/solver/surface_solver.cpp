@@ -15,21 +15,21 @@ namespace typodont::calibration {
 
 namespace {
 
-// Rotation vector, translation, offset.
+// Seven unknowns: rotation vector, translation, offset.
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-// least cosine between both normals
+// Smallest cosine between the normals of both surfaces.
 constexpr double kFaces = 0.5;
-constexpr double kTukey = 4.685;  // 95 % efficiency for normal errors
-// σ / median |residual|, normal errors
+constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
+// σ / median |residual| for normal errors.
 constexpr double kPerMedian = 1.4826;
-// smallest factor of the limit per round
+// Smallest factor by which the limit changes per round.
 constexpr double kShrink = 0.8;
-constexpr double kStill = 1e-7;  // m, last step
-// ridge on the offset, which the walls of a corner leave open
+constexpr double kStill = 1e-7;  // m, step below which the pose has converged
+// Ridge on the offset, because the walls of a corner do not determine it.
 constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {
@@ -105,7 +105,7 @@ class SurfaceFit {
     }
   }
 
-  /// m, from the median of used residuals.
+  /// Limit of the residuals, from the median of those in use, m.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -122,7 +122,7 @@ class SurfaceFit {
   }
   Vector7 row(const Residual& r) const {
     Vector7 J;
-    // About the centroid, × radius_: all unknowns are lengths.
+    // Rotation about the centroid, multiplied by radius_, so that all unknowns are lengths.
     J << eigen(glm::cross(r.p_D - X_ * centroid_S_, r.n_D)) / radius_, eigen(r.n_D), -1;
     return J;
   }
@@ -139,7 +139,7 @@ class SurfaceFit {
     return H;
   }
 
-  /// Gauss–Newton; returns the step, m.
+  /// One Gauss–Newton step; returns its size, m.
   double move() {
     Vector7 g = Vector7::Zero();
     double total = 0;
@@ -172,7 +172,8 @@ class SurfaceFit {
     result_.median = quantile(agreeing, 0.5);
     result_.most_of = quantile(agreeing, 0.95);
 
-    // Cluster-robust sandwich: cells are summed first, because errors correlate.
+    // Cluster-robust sandwich estimator: residuals are first summed over cells, because errors of neighbours are
+    // correlated.
     std::map<std::tuple<int, int, int>, Vector7> cells;
     for (const Residual& r : residuals_) {
       const dvec3 cell = glm::floor(points_[r.point].p_S / options_.correlation);
@@ -193,7 +194,7 @@ class SurfaceFit {
     const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
-    // From the scan's centroid to D's origin: the translation gets −θ × centre.
+    // Moves the reference from the scan's centroid to the origin of D: the translation changes by −θ × centre.
     Eigen::Matrix<double, 6, 6> to_origin = Eigen::Matrix<double, 6, 6>::Identity();
     to_origin.topLeftCorner<3, 3>() /= radius_;
     to_origin.bottomLeftCorner<3, 3>() = cross_matrix(X_ * centroid_S_) / radius_;
@@ -234,7 +235,7 @@ class SurfaceFit {
     }
   }
 
-  // m from the start; farther could be the next tooth (5 mm)
+  // Largest plausible motion from the start, m; farther could be the next tooth (5 mm).
   static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
@@ -243,7 +244,7 @@ class SurfaceFit {
   dvec3 centroid_S_{0};
   double radius_ = 0;  // m, rms distance of the points from their centroid
   Pose X_;
-  // m
+  // Offset between the surfaces, and limit of the residuals, m.
   double offset_ = 0, limit_ = 0;
   std::vector<Residual> residuals_;
   bool undetermined_ = false;

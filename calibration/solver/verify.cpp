@@ -13,7 +13,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// 1, x, y, z, x², y², z², xy, xz, yz, scaled to ±1.
+// Polynomial basis 1, x, y, z, x², y², z², xy, xz, yz, with coordinates scaled to ±1.
 Eigen::VectorXd basis(const dvec3& p, const Box& box, int order) {
   const dvec3 q = (p - 0.5 * (box.low + box.high)) / glm::max(0.5 * (box.high - box.low), dvec3(1e-9));
   Eigen::VectorXd b(order == 0 ? 1 : order == 1 ? 4 : 10);
@@ -48,7 +48,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
   }
   result.raw_rms = std::sqrt(result.raw_rms);
 
-  // Smooth field: systematic error. Residuals: noise.
+  // A smooth field fitted to the errors is the systematic error; its residuals are the noise.
   std::vector<bool> used(p_H.size(), true);
   Eigen::MatrixXd field, inverse;
   for (int round = 0; round < 6; ++round) {
@@ -62,7 +62,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // A ridge for points in a plane, far below one touch.
+    // A ridge, far below the weight of one touch, in case all points lie in a plane.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;
@@ -136,7 +136,7 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
     result.worst = std::max(result.worst, moved);
     squares += moved * moved;
   }
-  // 2 touches × 3 axes: 6 σ².
+  // A displacement is the difference of 2 touches with 3 axes: 6 σ².
   result.sigma = std::sqrt(6.0) * touch_sigma;
   const double chance =
       2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));

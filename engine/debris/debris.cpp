@@ -19,30 +19,32 @@ namespace typodont::debris {
 namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (1/s) that marks a particle at rest
-// steps until a resting particle looks for tissue below it
+// infinite drag rate (1/s), which marks a particle at rest
+constexpr float kStuck = std::numeric_limits<float>::infinity();
+// steps after which a resting particle checks whether the tissue below it is still there
 constexpr std::uint32_t kRestSteps = 1024;
-constexpr std::uint32_t kMostSteps = 1024;  // steps between full updates of a moving particle
-// particles per group, whose earliest update is stored (`first_due`)
+constexpr std::uint32_t kMostSteps = 1024;  // most steps between full updates of a moving particle
+// Number of particles per group. `first_due` stores the earliest update of each group.
 constexpr std::size_t kGroup = 32;
-constexpr double kRestSpeed = 0.05;  // m/s after a bounce, below which a particle rests
-// largest relative error of a stored drag rate
+constexpr double kRestSpeed = 0.05;  // m/s, speed after a bounce below which a particle comes to rest
+// largest relative error of a stored drag rate until the next full update
 constexpr double kDragError = 0.1;
-constexpr double kStokesReynolds = 0.02;  // Reynolds number below which Stokes drag is right within 1 %
+constexpr double kStokesReynolds = 0.02;  // Reynolds number below which Stokes drag holds within 1 %
 
 }  // namespace
 
-// Ring buffer in the order of creation. Equal lifetimes: the oldest ends first, so the living fill one or two ranges.
+// Particles lie in a ring buffer in the order of creation. All have the same lifetime, so the oldest disappears first,
+// and the living ones fill one or two ranges.
 struct Debris::State {
   DebrisOptions options;
-  // drag rate, 1/s; factor of the velocity per step
+  // `rate`: drag rate, 1/s. `keep`: velocity factor per step.
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;
-  std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
-  // per group: lower bound of the steps in which an update is due
+  std::vector<std::uint32_t> due;  // step of each particle's next full update (update_fully)
+  // per group of particles: lower bound of the steps in which an update is due
   std::vector<std::uint32_t> first_due;
-  struct Chip {      // data of a particle that the inner loop does not need
+  struct Chip {      // data of a particle that the inner loop omits
     double born_at;  // s, time at which the particle was created
-    float mass0;     // kg, mass at creation; 0 if suction has removed the particle
+    float mass0;     // kg, mass at creation; 0: suction has removed the particle
     float diameter;  // m, diameter of one chip
     float density;   // kg/m³, density of the chip
     float stokes;    // 1/s, drag rate of a slow particle (Stokes drag)
@@ -52,8 +54,8 @@ struct Debris::State {
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s; `keep` is valid for it
-  // starts at kMostSteps, so that set_due_within() stays positive
+  float last_dt = 0;  // s, step length for which `keep` was computed
+  // starts at kMostSteps, so that set_due_within() computes no negative numbers
   std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
@@ -81,8 +83,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Next full update in steps / 2 to `steps`, rounded to a power of two with a phase per group: particles of one age
-  // and group are due together, groups apart.
+  // Plans the next full update in steps / 2 to `steps` steps. The delay is rounded to a power of two with a phase per
+  // group, so particles of one group are due together and the groups one after the other.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
@@ -107,7 +109,7 @@ struct Debris::State {
   void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction, Film* film) noexcept;
 };
 
-// Bounce, drag rate, steps until the next update.
+// Computes a particle's contact, bounce, drag rate and the number of steps until its next full update.
 void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction,
                                  Film* film) noexcept {
   const bool resting = rate[s] >= kStuck;
@@ -145,7 +147,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  // Relative to the air, which suction moves.
+  // Drag depends on the velocity relative to the air, which suction moves.
   const glm::dvec3 air = suction ? suction_velocity(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
@@ -153,19 +155,20 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   const double factor = reynolds < kStokesReynolds ? 1 : drag_factor(reynolds);
   set_rate(s, static_cast<float>(stokes * factor));
 
-  // Lower bound of the time until contact, nozzle or a new drag rate. Speed: at most the present or terminal one. The
-  // air's mean speed is below twice its present one until the distance to the nozzle halves. Drag alone does not
-  // reverse a velocity.
+  // Lower bound of the time until the particle meets tissue or the nozzle, or needs a new drag rate. Its speed stays
+  // below the larger of its current and its terminal speed.
+  // The air's speed stays below twice the current one until the distance to the nozzle halves.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  // steps until tissue or nozzle, at least
+  // smallest possible number of steps until the particle reaches tissue or the nozzle
   double undisturbed_steps = kMostSteps;
   if (field.distance && contact.inside) {
-    // The larger of two bounds: interpolation errs by at most half the spacing, and changes by at most √3 m per m.
+    // Uses the larger of two bounds. The interpolated distance errs by at most half the spacing, and changes by at most
+    // √3 m per m.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -178,7 +181,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // Relative change of the rate / of the speed; `factor` = 1 + 0.15 Re^0.687.
+    // Relative change of the drag rate per relative change of the speed, where `factor` = 1 + 0.15 Re^0.687.
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // m/s, upper bound of the velocity's change per step
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
@@ -210,7 +213,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
                              PerTissue& born, double& dropped) noexcept {
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // On the cutting side, or all around without a contact normal.
+  // Chips leave on the cutting side of the head, or all around it if the cut has no contact normal.
   const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -228,7 +231,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
     }
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
-      // The last particle takes the rest, so rounding loses nothing.
+      // The last particle gets the rest of the mass, so rounding loses nothing.
       const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += fraction;
       const dvec3 place = random.in_ball();
@@ -238,7 +241,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
       const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // velocity of the head's rim: ω × r
       const double speed = glm::length(rim);
-      // The rim's velocity, scattered, never into the tissue.
+      // A chip starts with the rim's velocity plus random scatter, and never moves into the tissue.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (normal_length > 0) {
         const dvec3 n = cut.n_C_W / normal_length;
@@ -285,7 +288,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // A new or moved nozzle makes all stored times invalid.
+  // If the nozzle is new or has moved, all stored times of next updates are invalid.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

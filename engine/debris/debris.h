@@ -3,9 +3,8 @@
 //   Debris debris({.seed = 7});
 //   for (const Cut& cut : cuts) debris.emit(cut, head_radius, materials);
 //   debris.step(1.0 / 60, field);
-//   debris.write_points(points);
 //
-// One thread. Only the constructor allocates. Equal cuts, steps and seed give equal bits.
+// One thread. Only the constructor allocates. Equal calls and seed give equal bits.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +18,13 @@
 
 namespace typodont::debris {
 
-/// Coarse distance field, owned by the caller. Sample (x,y,z) at origin + spacing·(x,y,z), index (x·size.y + y)·size.z
-/// + z.
+/// Coarse distance field that the caller owns. Sample (x,y,z) lies at origin + spacing·(x,y,z) and has the index
+/// (x·size.y + y)·size.z + z.
 struct CoarseField {
   glm::dvec3 origin{0};             // m, position of sample (0,0,0) in frame W
   double spacing = 5e-4;            // m, distance between neighbouring samples
-  glm::ivec3 size{0};               // number of samples per axis; 0 if there is no tissue
-  const float* distance = nullptr;  // m, negative in the tissue
+  glm::ivec3 size{0};               // number of samples per axis; 0: there is no tissue
+  const float* distance = nullptr;  // m, signed distance of each sample to the surface, negative inside the tissue
 };
 
 /// A suction nozzle, which draws in air from all directions.
@@ -38,29 +37,29 @@ struct Suction {
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  // m³ per particle; more if `most_per_cut` or the buffer limits their number
+  // m³ of tissue per particle; larger if `most_per_cut` or the buffer limits the number of particles
   double parcel_volume = 1e-12;
   int most_per_cut = 32;
-  // m, uniform in the logarithm
+  // m, smallest and largest diameter of a chip; its logarithm is uniformly distributed
   double least_chip = 5e-6, greatest_chip = 50e-6;
-  double decay_time = 2.0;            // s, mass falls by e (Kim & Park 2006, sec. 4.6)
+  double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s², frame W, acceleration of gravity
   double air_density = 1.2;           // kg/m³, density of the air
   double air_viscosity = 1.8e-5;      // Pa·s, viscosity of the air
-  double restitution = 0.3;           // normal speed after a bounce divided by the speed before it
-  double slide = 0.7;                 // tangential speed after a bounce divided by the speed before it
-  double scatter = 0.25;              // of the initial velocity, relative to the rim's speed
+  double restitution = 0.3;           // normal speed after a bounce / before it
+  double slide = 0.7;                 // tangential speed after a bounce / before it
+  double scatter = 0.25;              // random part of the initial speed / rim's speed
 };
 
-/// kg: born = alive + decayed + sucked + dropped + deposited.
+/// Masses of all chips in kg: born = alive + decayed + sucked + dropped + deposited.
 struct DebrisLedger {
   PerTissue born{};
   double alive = 0;
   double decayed = 0;
   double sucked = 0;
   double dropped = 0;    // kg, mass that was lost because the buffer was full
-  double deposited = 0;  // kg, mass that became part of the film on the surface
+  double deposited = 0;  // kg, mass that joined the film on the surface
 };
 
 /// Masses of water and of solids in kg.
@@ -78,15 +77,15 @@ class Film;
 
 /// A particle at the moment the bur throws it.
 struct NewParticle {
-  glm::dvec3 p_W{0}, v_W{0};  // position (m) and velocity (m/s) of the particle in frame W
+  glm::dvec3 p_W{0}, v_W{0};  // position (m) and velocity (m/s) in frame W
   double chip = 0;            // m, diameter of one chip of the particle
   double density = 0;         // kg/m³, density of the particle
   float mass = 0;             // kg, mass of the particle
   Tissue tissue = Tissue::kAir;
 };
 
-/// At most `room` particles of one cut, mass = density × removed volume; the rest is `dropped`. `out`: kTissueCount ·
-/// most_per_cut entries; returns how many are filled. For CPU and GPU.
+/// Creates at most `room` particles of one cut and returns their number. Mass = density × removed volume; mass without
+/// a particle is added to `dropped`. `out` needs kTissueCount · most_per_cut entries.
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept;
@@ -94,10 +93,10 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
 /// A particle as the renderer draws it.
 struct DebrisPoint {
   glm::vec3 p_W{0};              // m, frame W, position of the particle
-  float diameter = 0;            // m, diameter of a ball that has the particle's remaining mass
+  float diameter = 0;            // m, diameter of a ball with the particle's remaining mass
   Tissue tissue = Tissue::kAir;  // tissue of a chip; kAir for a droplet of water
-  float chip = 0;                // m; the finest are drawn as mist
-  // m, streak of a droplet: its flight during the exposure, ending at p_W
+  float chip = 0;                // m, diameter of a chip; the finest chips are drawn as mist
+  // m, streak of a droplet: its path during the exposure, which ends at p_W
   glm::vec3 streak_W{0};
 };
 
@@ -108,19 +107,21 @@ class Debris {
   Debris(Debris&&) noexcept;
   Debris& operator=(Debris&&) noexcept;
 
-  /// `head_radius`: m.
+  /// Adds the chips of one cut. `head_radius`: m, radius of the bur's head.
   void emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept;
-  /// `suction`: null if off. With a film, chips that touch wet tissue or rest join it.
+  /// Moves all particles. `suction`: null if off. If there is a film, chips that touch wet tissue or come to rest join
+  /// it.
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;
 
   std::size_t alive() const noexcept;
   double time() const noexcept;  // returns the sum (s) of all steps so far
   DebrisLedger ledger() const noexcept;
-  /// Oldest first; returns their number.
+  /// Writes the particles, oldest first, and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const noexcept;
-  /// m/s, W, of the particle at `i` of write_points(). Until suction removes one.
+  /// Returns the velocity (m/s, frame W) of the particle that write_points() wrote at `i`. Indices are valid until
+  /// suction removes a particle.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// m, on which the drag depends.
+  /// Returns the diameter (m) of one chip of particle i, on which its drag depends.
   double chip(std::size_t i) const noexcept;
   double mass(std::size_t i) const noexcept;  // returns the mass (kg) of particle i
   std::uint64_t hash() const noexcept;

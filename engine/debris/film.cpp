@@ -11,10 +11,10 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMostNeighbours = 16;  // a smooth surface has eight
-// of a cell's content per substep; more would be unstable
+constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; a smooth surface has eight
+// largest fraction of a cell's content that may flow out per substep; a larger fraction is unstable
 constexpr float kStableShare = 0.4f;
-constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
+constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
 
 Load scaled(const Load& load, double fraction) {
   Load out;
@@ -34,25 +34,25 @@ struct Film::State {
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
-    // of the link to each neighbour: width / length
+    // For the link to each neighbour: its width divided by its length.
     std::array<float, kMostNeighbours> width{};
   };
   FilmOptions options;
   CoarseField field;
   PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
-  std::vector<std::int32_t> slot_at;  // per sample; -1: no cell
+  std::vector<std::int32_t> slot_at;  // for each sample of the field: slot of its cell, or -1
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
-  std::vector<float> flux;     // m³/s to each neighbour of a cell with content
+  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s per cell: the larger of outflow / volume and relative decrease of the level difference
+  // 1/s, for each cell: the larger of outflow / volume and of the relative decrease of the level difference
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
   std::vector<std::uint8_t> is_loaded, is_changed;
   std::vector<std::size_t> present;      // tissues whose solids were deposited at least once
-  std::vector<std::uint8_t> has_solids;  // 0: only water, computed faster
+  std::vector<std::uint8_t> has_solids;  // for each cell: 0 if it contains only water, which is computed faster
   std::vector<glm::ivec3> changed;
   bool wet = false;  // true if any cell contains water
   std::uint64_t stepped = 0;
@@ -119,8 +119,8 @@ struct Film::State {
   void drop_empty();
 };
 
-/// A cell where the surface passes near the sample: one per column along the axis nearest to the normal, so areas of a
-/// plane add up.
+/// Returns the cell of a sample if the surface passes near it. There is one cell per grid column along the axis nearest
+/// to the normal, so that the cells' areas add up to that of the surface.
 std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const {
   const double d = field.distance[index(s)], h = field.spacing;
   if (std::abs(d) > 0.5 * h) return std::nullopt;
@@ -147,15 +147,14 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Links k along d_k in the tangent plane with c_k = width / length. Flow independent of the grid needs Σ c_k d_k d_kᵀ
-/// = 2 · area · I; so c_k = c (1 + d_kᵀ S d_k), solved for the symmetric S.
+/// Links the cell to its neighbours k at d_k in the tangent plane, with c_k = width / length.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  // x², xy, y² of d_k in the tangent plane, in grid spacings
+  // for each neighbour: x², xy, y² of its d_k in the tangent plane, in grid spacings
   std::array<glm::dvec3, kMostNeighbours> products;
   double squares = 0;
   glm::ivec3 d;
@@ -165,7 +164,7 @@ void Film::State::link(std::int32_t i) {
         const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
         if (j < 0 || cell.count == kMostNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
-        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on the opposite face of a thin wall
+        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on a thin wall's opposite face
         const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
         const double x = glm::dot(way, e), y = glm::dot(way, f);
         products[cell.count] = {x * x, x * y, y * y};
@@ -177,6 +176,8 @@ void Film::State::link(std::int32_t i) {
     return;
   }
   const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
+  // A flow that does not depend on the grid needs Σ c_k d_k d_kᵀ = 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved
+  // for the symmetric matrix S.
   glm::dmat3 system(0.0);
   glm::dvec3 wanted(2 * area / mean, 0, 2 * area / mean);
   for (int k = 0; k < cell.count; ++k) {
@@ -188,14 +189,14 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // Neither negative (uphill) nor large.
+    // Limited, so that no width is negative, which would let the film flow uphill, or very large.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
 }
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
-  // One sample for gradients, another later for links.
+  // Gradients read one more sample around the changed box; the links below reach one sample further.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;
@@ -229,7 +230,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // so that a new cell here can be listed, too
+          is_changed[i] = 0;  // so that a new cell in this slot can be listed, too
           free_slots.push_back(at);
           at = -1;
         }
@@ -264,7 +265,7 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 void Film::State::flow(double dt) {
   const double least = dt / options.most_substeps, per_kg = 1 / options.water_density;
   for (double left = dt; left > 0;) {
-    // Computes the flow to each neighbour from the present levels.
+    // Computes the flow to each neighbour from the current levels.
     float fastest = 0;
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
@@ -281,7 +282,7 @@ void Film::State::flow(double dt) {
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
       if (!(thick > 0) || fraction >= options.most_solids) continue;
-      // Krieger & Dougherty 1959; 2.5: intrinsic viscosity of spheres.
+      // Viscosity of a suspension (Krieger & Dougherty 1959); 2.5 is the intrinsic viscosity of spheres.
       const double viscosity =
           options.water_viscosity *
           (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
@@ -309,7 +310,7 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // Limits the outflow to kStableShare where a shorter substep would be needed.
+      // Limits the outflow to kStableShare where the flow would need a shorter substep.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
@@ -343,7 +344,7 @@ void Film::State::flow(double dt) {
   }
 }
 
-/// Evaporation, and drops from overhangs.
+/// Removes the water that evaporates and the drops that fall from overhangs.
 void Film::State::lose(double dt) {
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);

@@ -1,10 +1,11 @@
-// Water and slurry on the tissue, in cells of a coarse grid: flows, fills cavities, dries, is sucked and flung.
+// Film of water and slurry on the tissue, in cells of a coarse grid. It flows, dries, and is removed by suction and
+// bur.
 //
 //   Film film(field, materials);
 //   film.deposit(p_W, {.water = 1e-9});
 //   film.step(1.0 / 60, &suction);
 //
-// One thread. An empty film costs nothing. Equal calls give equal bits.
+// One thread. An empty film costs nothing.
 #pragma once
 
 #include <cstddef>
@@ -28,30 +29,30 @@ struct FilmOptions {
   // volume fraction of solids above which slurry does not flow (random packing of rough grains; Krieger & Dougherty
   // 1959)
   double most_solids = 0.6;
-  double clinging = 10e-6;    // m, adheres and does not flow
-  double hanging = 60e-6;     // m below an overhang; the rest drips
+  double clinging = 10e-6;    // m, thickness of the film that sticks to the surface and does not flow
+  double hanging = 60e-6;     // m, largest thickness below an overhang; the rest drips off
   double overhang = -0.25;    // cosine between normal and `up` below which a surface is an overhang
-  double drying = 0.5e-6;     // m/s; 30 µm dry in a minute
-  double suction_rate = 20;   // 1/s at `suction_speed`
+  double drying = 0.5e-6;     // m/s, loss of thickness by drying: 30 µm per minute
+  double suction_rate = 20;   // 1/s, fraction of the film that suction removes per time at `suction_speed`
   double suction_speed = 10;  // m/s, speed of the air at which `suction_rate` holds
-  // Cells with dot(drain, (p, 1)) < 0 lose their load into the gum; zero: none.
+  // Cells with dot(drain, (p, 1)) < 0 lose their content into the gum. All zero: no cell drains.
   glm::dvec4 drain{0};
-  // substeps of a step(); beyond, the film flows more slowly
+  // largest number of substeps of a step(); if more were needed, the film flows more slowly
   int most_substeps = 12;
 };
 
-/// kg, of water and each tissue: deposited = on_surface + sucked + run_off + dried + flung.
+/// Masses of water and of each tissue in kg: deposited = on_surface + sucked + run_off + dried + flung.
 struct FilmLedger {
   Load deposited, on_surface, sucked;
-  Load run_off;      // kg: dripped, drained into the gum, or beside the surface
+  Load run_off;      // kg, mass that dripped, drained into the gum or fell beside the surface
   double dried = 0;  // kg, mass of water that evaporated
   Load flung;        // kg, mass that the bur threw off
 };
 
-/// `water`, `solids`: heights, volume / area.
+/// A cell of the film. The heights `water` and `solids` are volume / area.
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
-  glm::vec3 p_W{0};      // m, on the tissue's surface
+  glm::vec3 p_W{0};      // m, frame W, cell's point on the tissue's surface
   glm::vec3 n_W{0};      // unit normal, pointing out of the tissue
   double area = 0;       // m², area of the surface that the cell represents
   double water = 0;      // m, height of the water on the cell
@@ -60,35 +61,37 @@ struct FilmCell {
 
 class Film {
  public:
-  /// Empty, on the field's grid; its array outlives the film. No cells at the border.
+  /// Creates an empty film on the field's grid. The field's array must outlive the film. Samples at the grid's border
+  /// have no cells.
   Film(const CoarseField& field, const MaterialTable& materials, const FilmOptions& options = {});
   ~Film();
   Film(Film&&) noexcept;
   Film& operator=(Film&&) noexcept;
 
-  /// After samples lo … hi changed. Loads of lost cells go to the nearest ones.
+  /// Must be called after samples lo … hi of the field changed. The content of removed cells goes to the nearest
+  /// remaining cells.
   void update(const glm::ivec3& lo, const glm::ivec3& hi);
-  /// To the nearest cell; beyond two spacings it is run_off.
+  /// Adds `load` to the nearest cell. Without a cell within two spacings it counts as run_off.
   void deposit(const glm::dvec3& p_W, const Load& load);
-  /// m; 0 without a cell.
+  /// Returns the height (m) of the water at a point, or 0 if there is no cell.
   double water_at(const glm::dvec3& p_W) const;
-  /// Takes `fraction` of all cells within `reach` (m).
+  /// Removes the fraction `fraction` of the content of all cells within `reach` (m) of a point, and returns it.
   Load fling(const glm::dvec3& p_W, double reach, double fraction);
 
-  /// Flow ρ g h³/(3 μ) × slope of the free surface; solids move with the water; suction at
-  /// suction_rate·(v/suction_speed)².
+  /// Moves the film. Flow per width = ρ g h³/(3 μ) × slope of the free surface, and solids move with the water. Suction
+  /// removes the fraction suction_rate·(v/suction_speed)² per second.
   void step(double dt, const Suction* suction = nullptr);
 
   std::size_t loaded() const;  // returns the number of cells with water or solids
-  // cells, once per substep
+  // returns the number of cells computed so far, counted once per substep
   std::uint64_t cells_stepped() const;
   std::size_t cells() const;  // returns the number of cells of the film
-  // area 0: no cell
+  // returns the cell at a sample; area 0: there is no cell
   FilmCell cell(const glm::ivec3& sample) const;
   bool has_cell(const glm::ivec3& sample) const;
   FilmLedger ledger() const;
   std::uint64_t hash() const;
-  /// Samples whose cells changed since the last call, once each.
+  /// Returns the samples whose cells changed since the last call, each one once.
   void take_changed(std::vector<glm::ivec3>& out);
 
  private:

@@ -13,17 +13,17 @@
 namespace typodont::debris {
 namespace {
 
-// m around the field's box; beyond, a droplet has missed
+// m, margin around the field's box; a droplet beyond it has missed the tissue
 constexpr double kMargin = 4e-3;
-constexpr double kTouch = 0.1e-3;  // m from the head, film that is thrown off
-constexpr double kSlowRim = 0.05;  // m/s of the rim, below which nothing is thrown
+constexpr double kTouch = 0.1e-3;  // m, distance from the head within which it throws the film off
+constexpr double kSlowRim = 0.05;  // m/s, speed of the bur's rim below which it throws nothing off
 
 struct Droplet {
-  dvec3 p, v;  // position (m) and velocity (m/s) of the droplet in frame W
+  dvec3 p, v;  // position (m) and velocity (m/s) in frame W
   double diameter = 0;
   double age = 0;  // s, time since the droplet left the nozzle
   Load load;
-  bool flung = false;  // thrown off once, not again
+  bool flung = false;  // true if the bur has thrown the droplet off; this happens only once
 };
 
 /// Returns a unit vector perpendicular to `axis`.
@@ -37,9 +37,9 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  // parcels due; the fraction waits for the next step
+  // number of droplets that are due; the fraction waits for the next step
   double owed = 0;
-  double owed_water = 0;  // kg, mass of water that is due but not yet sprayed
+  double owed_water = 0;  // kg, mass of water that is due but not sprayed
   std::uint64_t number = 0, stepped = 0;
   SprayLedger ledger;
 
@@ -56,7 +56,7 @@ struct Spray::State {
   void land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film);
 };
 
-/// Leaving the nozzles at random times within the step.
+/// Creates droplets that leave the nozzles at random times within the step.
 void Spray::State::emit(double dt, const SpraySource& source, RandomStream& random) {
   if (!(source.water > 0) || !(nozzles.flow > 0)) return;
   owed += options.parcels_per_second * source.water * dt;
@@ -74,13 +74,13 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
     const dvec3 at_T(nozzles.ring_radius * std::cos(turn), nozzles.ring_radius * std::sin(turn),
                      nozzles.setback - source.head_half);
     const dvec3 aim = glm::normalize(tip_T - at_T);
-    // A component in the unit ball has σ = 1/√5.
+    // in_ball() returns a point in the unit ball, each component of which has the standard deviation 1/√5.
     const dvec3 direction = glm::normalize(aim + std::sqrt(5.0) * nozzles.cone * random.in_ball());
     const double diameter = nozzles.least_drop * std::pow(nozzles.greatest_drop / nozzles.least_drop, random.uniform());
     Droplet drop{.p = source.X_WT * at_T,
                  .v = source.X_WT.rotate(nozzles.speed * direction),
                  .diameter = diameter,
-                 // s; negative: leaves later in this step
+                 // s; a negative age means that the droplet leaves later in this step
                  .age = -dt * random.uniform(),
                  .load = {}};
     drop.load.water = each;
@@ -88,7 +88,7 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
   }
 }
 
-/// Throws off the film that the bur touches, as slurry.
+/// Throws off, as slurry, the film that the bur touches.
 void Spray::State::fling(double dt, const SpraySource& source, Film& film, RandomStream& random) {
   const double rim = std::abs(source.spindle) * source.head_radius;
   if (rim < kSlowRim || film.loaded() == 0) return;
@@ -112,7 +112,7 @@ void Spray::State::fling(double dt, const SpraySource& source, Film& film, Rando
   }
 }
 
-/// Slow droplets stay; fast ones splash and lose mist.
+/// Slow droplets stay on the surface. Fast ones splash and lose a part as mist.
 void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film) {
   const double speed = std::abs(glm::dot(drop.v, n)) * drop.diameter * options.water_density;
   const double weber = speed * std::abs(glm::dot(drop.v, n)) / options.surface_tension,
@@ -125,7 +125,7 @@ void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Fil
   film.deposit(p, stays);
 }
 
-/// false: landed, sucked or gone.
+/// Returns false if the droplet has landed, was sucked off or has left the scene.
 bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field,
                                 Film& film, const Suction* suction, RandomStream& random) {
   double left = drop.age < 0 ? dt + drop.age : dt;
@@ -146,7 +146,7 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
       add(ledger.sucked, drop.load);
       return false;
     }
-    // Sphere tracing to the surface or the bur.
+    // Follows the path by sphere tracing until it meets the surface or the bur.
     double at = 0;
     bool flung_now = false;
     for (int k = 0; k < 64 && at < length; ++k) {
@@ -165,7 +165,7 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
         const double over = std::max(std::abs(q.z) - source->head_half, 0.0), off = std::hypot(q.x, q.y);
         const double to_bur = std::hypot(over, std::max(off - source->head_radius, 0.0));
         if (to_bur <= 0.5 * drop.diameter && off > 1e-9) {
-          // At the rim's speed.
+          // The bur throws the droplet off with the velocity of its rim.
           drop.flung = flung_now = true;
           const dvec3 out = source->X_WT.rotate({q.x / off, q.y / off, 0}), axis = source->X_WT.rotate({0, 0, 1});
           const dvec3 rim = glm::cross(source->spindle * axis, source->head_radius * out);
@@ -181,7 +181,7 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
     if (flung_now) continue;
     drop.p = from + way;
     const bool outside = glm::any(glm::lessThan(drop.p, low)) || glm::any(glm::greaterThan(drop.p, high));
-    // Outside the box, only one that moves away has missed.
+    // A droplet outside the box has missed only if it moves away from the box.
     const dvec3 middle = 0.5 * (low + high);
     if (drop.age > options.lifetime || (outside && glm::dot(drop.p - middle, drop.v) > 0)) {
       add(ledger.left, drop.load);
@@ -231,7 +231,7 @@ std::size_t Spray::write_points(std::span<DebrisPoint> points) const {
   std::size_t written = 0;
   for (const Droplet& drop : state_->droplets) {
     if (written == points.size()) break;
-    // The colour of its most frequent solid.
+    // Slurry has the colour of its most frequent solid.
     const auto& solids = drop.load.solids;
     const auto most = std::max_element(solids.begin(), solids.end());
     const bool slurry = *most > 0.02 * drop.load.water;

@@ -1,10 +1,9 @@
-// Water of the spray, and slurry that the bur throws off.
+// Droplets of the spray's water, and of slurry that the bur throws off.
 //
 //   Spray spray({.seed = 7});
 //   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if there is no bur
 //
-// Droplets fly for milliseconds, chips for seconds, so most land within a step and are kept apart. One thread. Costs
-// nothing without water. Equal calls and seed give equal bits.
+// One thread. Without water it costs nothing. Equal calls and seed give equal bits.
 #pragma once
 
 #include <cstddef>
@@ -19,43 +18,44 @@
 
 namespace typodont::debris {
 
-/// Nozzles and bur during a step.
+/// State of the nozzles and the bur during a step.
 struct SpraySource {
-  // origin in the head's centre, z along the shank
+  // pose of the tool: origin in the head's centre, z along the shank
   Pose X_WT;
   double head_radius = 0;  // m, radius of the tool's head
   double head_half = 0;    // m, distance from the head's centre to its free end
   double spindle = 0;      // rad/s, rotation speed about the tool's z, with sign
-  double water = 0;        // 0 to 1 of the full flow
+  double water = 0;        // flow of water as a fraction of the full flow, 0 to 1
 };
 
 struct SprayOptions {
   std::size_t capacity = 4096;
   std::uint64_t seed = 1;
-  // per second, each for several real droplets
+  // simulated droplets per second; each represents several real ones
   double parcels_per_second = 12'000;
-  double longest_step = 2e-3;  // s, straight parts of a curved path
-  double lifetime = 0.5;       // s, then it has left the scene
+  double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
+  double lifetime = 0.5;       // s, age at which a droplet has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;  // density of the air (kg/m³), and its viscosity (Pa·s)
-  // density (kg/m³), viscosity (Pa·s) and surface tension (N/m) of the water
+  // water: density (kg/m³), viscosity (Pa·s), surface tension (N/m)
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;
-  double scatter = 0.25;  // of a thrown droplet's velocity / rim speed
-  // We^½ Re^¼ above which a droplet splashes (Mundo, Sommerfeld & Tropea 1995); `splashed` of it leaves as mist
+  double scatter = 0.25;  // random part of a thrown droplet's speed divided by the rim's speed
+  // We^½ Re^¼ above which a droplet splashes (Mundo, Sommerfeld & Tropea 1995). The fraction `splashed` of it leaves as
+  // mist.
   double splash_number = 57.7;
   double splashed = 0.5;
-  // 1/s at `fling_speed` of the rim
+  // 1/s, fraction of the touched film that the bur throws off per time at the rim speed `fling_speed`
   double fling_rate = 5;
   double fling_speed = 20;   // m/s, rim speed of the bur at which `fling_rate` holds
-  int most_flung = 24;       // largest number of droplets of slurry per step
-  double exposure = 2.5e-4;  // s of a picture: length of a streak
+  int most_flung = 24;       // number of droplets of slurry that the bur throws off per step
+  double exposure = 2.5e-4;  // s, exposure of a picture, which gives the length of a droplet's streak
 };
 
-/// kg, of water and each tissue: sprayed + flung = in_air + deposited + sucked + left + dropped.
+/// Masses of water and of each tissue in kg: sprayed + flung = in_air + deposited + sucked + left + dropped.
 struct SprayLedger {
-  Load sprayed, flung;  // kg: from the nozzles; from the film
+  Load sprayed, flung;  // kg, from the nozzles (sprayed), from the film (flung)
   Load in_air, deposited, sucked;
-  Load left;     // kg, mass that flew past the tissue or left as mist
+  Load left;     // kg, mass that missed the tissue or left as mist
   Load dropped;  // kg, mass that was lost because the buffer was full
 };
 
@@ -66,15 +66,15 @@ class Spray {
   Spray(Spray&&) noexcept;
   Spray& operator=(Spray&&) noexcept;
 
-  /// `source`: null without a bur.
+  /// Advances all droplets by `dt` (s). `source`: null if there is no bur.
   void step(double dt, const SpraySource* source, const CoarseField& field, Film& film,
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  // droplets, once per step
+  // returns the number of droplets computed so far, counted once per step
   std::uint64_t droplets_stepped() const;
   SprayLedger ledger() const;
-  /// Returns their number.
+  /// Writes the droplets and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;
   std::uint64_t hash() const;
 

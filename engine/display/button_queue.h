@@ -5,12 +5,13 @@
 
 namespace typodont::display {
 
-/// One button's presses and releases, shown one per look, so that no click is lost on a busy computer. Render thread.
+/// Presses and releases of one button. Each call of next() takes one event, so that no click is lost if a busy computer
+/// polls rarely. Render thread only.
 class ButtonQueue {
  public:
   /// Adds a press (true) or a release (false).
   void add(bool down) { waiting_.push_back(down); }
-  /// State after the next event, if any.
+  /// Takes the next event, if there is one, and returns whether the button is down.
   bool next() {
     if (!waiting_.empty()) {
       down_ = waiting_.front();

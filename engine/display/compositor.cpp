@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-// more frames than a window has images
+// Number of frames whose changes are stored; larger than the number of a window's images.
 constexpr std::size_t kHistoryFrames = 6;
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
@@ -43,26 +43,26 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // [Mix][source and target of one size]
+  // Indices: Mix; whether source and target have the same size.
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // Changes of the last frames, and the frame in each target.
+  // Changes of the last frames, and for each target the frame that it contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the pictures of both eyes
-    Rects written;   // changed text per region
+    Rects written;   // changed text in each region
   };
-  std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
+  std::deque<Change> history;  // changes, oldest first; the newest belongs to frame `frame`
   std::uint64_t frame = 0;
   std::map<VkImage, std::uint64_t> holds;
   VkExtent2D size{};  // size of the pictures that were composed last
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // Frames in flight with one text share it.
+  // Text of both eyes; frames in flight with the same text share it.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
   std::array<ivec2, 2> region_sizes{};  // pixels, size of each eye's region of the target
@@ -73,7 +73,7 @@ struct Compositor::Impl {
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // One per frame in flight: the GPU copies changed parts to `eyes`, the CPU composes `parts`.
+  // Job of the CPU, one per frame in flight: the GPU copies changed parts to `eyes`, then the CPU composes `parts`.
   struct CpuJob {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -116,7 +116,7 @@ struct Compositor::Impl {
     writing_pipeline = VK_NULL_HANDLE;
   }
 
-  /// A stereo surface has a layer per eye.
+  /// Region of an eye. A stereo surface has one layer per eye instead.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
     return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
   }
@@ -127,7 +127,7 @@ struct Compositor::Impl {
   /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
-  /// If it changed. Returns changed parts per region.
+  /// Draws the text into panels if it has changed. Returns the changed parts of each region.
   Rects write(const Huds& huds, Layout how, const Target& target) {
     Rects changed;
     for (std::size_t e = 0; e < places(how); ++e) {
@@ -142,7 +142,8 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// Panels over redrawn parts; adds their boxes, so that the whole background is composed first.
+  /// Selects the text panels that overlap redrawn parts. Adds their boxes to `parts`, so that the background of the
+  /// whole panel is composed first.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -168,7 +169,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// To the buffer of this frame in flight.
+  /// Copies the text to this frame's buffer.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -192,7 +193,7 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Where a part shows; two pixels more if stretched.
+  /// Part of the target in which a part of the picture appears; two pixels larger if the picture is stretched.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -203,7 +204,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// Per region; empty: all.
+  /// Parts to redraw in each region; nullopt: all.
   std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                      const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -220,13 +221,13 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    // All for stereo surfaces, and for frames older than the history.
+    // Everything is redrawn for stereo surfaces, and if the target's frame is older than the history.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // Shared regions: both eyes' parts under index 0.
+        // If both eyes share a region, the parts of both have index 0.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -261,7 +262,7 @@ struct Compositor::Impl {
     return made = gpu::create_pipeline(device, o);
   }
 
-  /// In the pass that composed the region.
+  /// Draws text panels, in the pass that composed their region.
   void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
                   const std::vector<std::size_t>& panels) {
     if (panels.empty()) return;
@@ -281,14 +282,14 @@ struct Compositor::Impl {
     }
   }
 
-  /// To memory for the CPU.
+  /// Copies the changed parts of the pictures to memory that the CPU reads.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
-    // One pixel more for interpolation.
+    // One pixel more than needed, for interpolation.
     if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
       job.eyes.destroy(device);
       job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
@@ -313,7 +314,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // Shared regions: parts are listed for eye 0 and copied from both.
+      // If the eyes share a region, the parts are listed for eye 0, and copied from both pictures.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -381,7 +382,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // `slot`: the frame's buffers. If the CPU never composed their last frame, everything is missing.
+    // `slot` selects the buffers. If the CPU never composed their last frame, all parts are missing.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
@@ -398,7 +399,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  // Odd sizes leave a black column or row.
+  // Regions of odd size leave a black column or row.
   const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
   for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,

@@ -64,7 +64,7 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // {p: n·p = c} = {p: n/|n|·p = c/|n|}.
+  // {p: n·p = c} is the same plane as {p: n/|n|·p = c/|n|}.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -112,7 +112,7 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // Of `calibrate register`: H in D, a headset's space.
+    // Result of `calibrate register`: X_DH, the haptic base in the headset's space D.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -196,7 +196,7 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
 }
 
 dmat4 opengl_projection(const Frustum& f) {
-  // glFrustum(l, r, b, t, n, f), Kooima 2009, section 5. glm: m[column][row].
+  // Arguments as in glFrustum(l, r, b, t, n, f), Kooima 2009, section 5. GLM's index order: m[column][row].
   dmat4 m(0.0);
   m[0][0] = 2 * f.near / (f.right - f.left);
   m[1][1] = 2 * f.near / (f.top - f.bottom);
@@ -209,7 +209,7 @@ dmat4 opengl_projection(const Frustum& f) {
 }
 
 dmat4 vulkan_projection(const Frustum& f) {
-  // From OpenGL: y negated, depth 0..1.
+  // OpenGL's projection with y negated and depth 0..1.
   dmat4 m = opengl_projection(f);
   m[1][1] = -m[1][1];
   m[2][1] = -m[2][1];
@@ -223,7 +223,7 @@ dvec3 reflect(const Mirror& mirror, const dvec3& p) {
 }
 
 dmat4 reflection(const Mirror& mirror) {
-  // Reflection in n·p = c: [[I − 2nnᵀ, 2cn], [0, 1]].
+  // Reflection in the plane n·x = c: [[I − 2nnᵀ, 2cn], [0, 1]].
   const dvec3 n = mirror.normal;
   const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
   dmat4 h(linear);
@@ -241,7 +241,7 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell: t (1 − cos θ / √(n² − sin² θ)) along the normal, towards the eye.
+  // Snell: the image is displaced by t (1 − cos θ / √(n² − sin² θ)) along the normal, towards the eye.
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -255,8 +255,8 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // Right, up and towards the eye. A mirror image emits against v_r × v_u: left-handed, determinant −1, and nothing
-  // else.
+  // Axes: right, up and towards the eye. A mirror image emits light against v_r × v_u, so the frame is left-handed
+  // (determinant −1); nothing else differs.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
@@ -288,7 +288,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m, nearer eyes are errors
+  constexpr double kNearest = 0.05;  // m; eyes nearer to the screen are errors
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
@@ -344,7 +344,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Only P23 is a length.
+  // Only the element P23 is a length.
   return row_major_mm(vulkan_projection(frustum));
 }
 

@@ -23,9 +23,9 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Noise after OpenTrack's filter; root of the acceleration's spectral density at work.
+// Noise after OpenTrack's own filter, and spectral density of the head's acceleration while working (square root).
 constexpr double kPositionSigma = 0.5e-3;  // m, standard deviation of the noise of a tracked position
-constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the spectral density of the head's acceleration
+constexpr double kPositionAgility = 0.15;  // m/s^1.5, root of the spectral density of the head's acceleration
 constexpr double kDirectionSigma = 5e-3;   // rad, standard deviation of the noise of a tracked direction
 constexpr double kDirectionAgility = 1;    // rad/s^1.5, square root of the spectral density of angular acceleration
 
@@ -43,7 +43,7 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// ns by the kernel; impossible ages count as 0, because clocks can be set.
+/// Age of a packet by the kernel's time, ns. An impossible age counts as 0, because clocks can be set.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -88,7 +88,7 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet) {
     for (std::size_t b = 0; b < 8; ++b) bits |= std::to_integer<std::uint64_t>(packet[8 * i + b]) << (8 * b);
     numbers[i] = std::bit_cast<double>(bits);
     const double most = i < 3 ? 200 : 360;
-    // written with `!`, so that the comparison also refuses NaN
+    // `!` and <=, so that NaN is refused too
     if (!(std::abs(numbers[i]) <= most)) return std::nullopt;
   }
   return HeadMotion{dvec3(numbers[0], numbers[1], numbers[2]) * 1e-2, numbers[3] * kDegree, numbers[4] * kDegree,
@@ -109,7 +109,7 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
   }
   const double dt = to_seconds(t - t_);
   t_ = t;
-  // Predicts the state at the time of the measurement (Kalman filter).
+  // Predicts the state at the measurement's time (Kalman filter).
   x_ += v_ * dt;
   p_xx_ += dt * (2 * p_xv_ + dt * p_vv_) + density_ * dt * dt * dt / 3;
   p_xv_ += dt * p_vv_ + density_ * dt * dt / 2;
@@ -160,8 +160,8 @@ HeadTracker::~HeadTracker() {
 }
 
 void HeadTracker::poll() noexcept {
-  // A byte more than a packet shows longer ones. 500 a frame, two seconds of the fastest tracker, cannot delay a
-  // picture.
+  // The buffer is one byte longer than a packet, to recognise longer ones. At most 500 packets per frame (two seconds
+  // of the fastest tracker), so that they cannot delay a picture.
   for (int most = 500; most > 0; --most) {
     std::array<std::byte, kPacketBytes + 1> bytes;
     alignas(cmsghdr) std::array<char, 128> control;

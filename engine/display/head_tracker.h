@@ -1,5 +1,5 @@
-// The eyes at display time, from a tracker's samples. The render thread empties the socket each frame; packets have the
-// kernel's time.
+// Predicts the eyes' positions at display time from the samples of a head tracker. The render thread empties the socket
+// in each frame; packets carry the kernel's time.
 #pragma once
 
 #include <array>
@@ -13,35 +13,38 @@
 
 namespace typodont::display {
 
-/// "opentrack:PORT": this machine; "opentrack:ADDRESS:PORT": a numeric IPv4 address ("0.0.0.0": all).
+/// Reads "opentrack:PORT" (this computer) or "opentrack:ADDRESS:PORT" (numeric IPv4 address; "0.0.0.0": all
+/// interfaces).
 struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// Empty: invalid.
+/// Returns nullopt for an invalid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
-/// From the rest pose, SI: x right, y up, z backwards; yaw, pitch, roll in this order.
+/// Motion of the head from its rest pose, SI units: x right, y up, z backwards; rotations in the order yaw, pitch,
+/// roll.
 struct HeadMotion {
   dvec3 translation{0};                 // m, displacement from the rest pose
   double yaw = 0, pitch = 0, roll = 0;  // rad, rotations from the rest pose
 };
-/// 48 bytes: six little-endian doubles, cm and degrees. Empty beyond 2 m or 360°, or not finite.
+/// Reads a packet of 48 bytes: six little-endian doubles, cm and degrees. Returns nullopt for values beyond 2 m or
+/// 360°, or not finite.
 std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet);
 
-/// Constant-velocity Kalman filter: noise `sigma`, acceleration density `agility`² (Bar-Shalom, Li & Kirubarajan 2001,
-/// section 6.2.2). Uneven and missing samples are no special case.
+/// Kalman filter for constant velocity, with measurement noise `sigma` and acceleration density `agility`² (Bar-Shalom,
+/// Li & Kirubarajan 2001, section 6.2.2). Samples may be irregular or missing.
 class MotionFilter {
  public:
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
-  /// Ignored unless newer.
+  /// Adds a measurement; ignored unless it is newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
-  /// Extrapolated up to kHorizon, then constant; zero before the first.
+  /// Extrapolated value: up to kHorizon after the last sample, then constant. Zero before the first sample.
   dvec3 at(Nanos t) const noexcept;
 
-  // ns; farther, a constant is more accurate
+  // Longest extrapolation, ns; beyond, a constant is more accurate.
   static constexpr Nanos kHorizon = 80'000'000;
-  // ns without samples: restarts
+  // Time without samples after which the filter restarts, ns.
   static constexpr Nanos kLost = 500'000'000;
 
  private:
@@ -52,7 +55,7 @@ class MotionFilter {
   double p_xx_ = 0, p_xv_ = 0, p_vv_ = 0;
 };
 
-/// Render thread.
+/// Tracker of the head. Render thread only.
 class HeadTracker {
  public:
   struct Stats {
@@ -60,7 +63,7 @@ class HeadTracker {
     std::uint64_t dropped = 0;  // number of packets with invalid content
   };
 
-  /// At `rig.head.tracker`; rest pose: the rig's eye centre and right. Throws Error.
+  /// Opens the address `rig.head.tracker`. The rest pose is the rig's eye centre and right vector. Throws Error.
   explicit HeadTracker(const DisplayRig& rig);
   ~HeadTracker();
   HeadTracker(const HeadTracker&) = delete;
@@ -68,14 +71,14 @@ class HeadTracker {
 
   /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// Normally at display time; rest pose before the first sample.
+  /// Predicted head at time t, normally the display time; before the first sample, the rest pose.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
-  // DisplayRig::scale, of the measured motion
+  // DisplayRig::scale, which scales the measured motion.
   double scale_;
   MotionFilter center_, right_;
   Stats stats_;

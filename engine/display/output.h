@@ -1,4 +1,5 @@
-// Composes both eyes into the screen's layout and shows them, or keeps them in memory. Render thread.
+// Composes the pictures of both eyes into the screen's layout, and shows the result or keeps it in memory. Render
+// thread only.
 #pragma once
 
 #include <array>
@@ -17,24 +18,24 @@
 
 namespace typodont::display {
 
-/// BGRA, rows `pitch` bytes apart.
+/// Pixels in memory, BGRA, rows `pitch` bytes apart.
 struct HostPixels {
   std::uint8_t* first = nullptr;
   std::size_t pitch = 0;
 };
 
-/// In memory or on a screen.
+/// Where a composed picture is written: in memory or on a screen.
 struct Target {
-  /// set: the CPU composes here, no Vulkan image
+  /// If set, the CPU composes here, and there is no Vulkan image.
   HostPixels memory;
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one, or two of a stereo surface
+  std::vector<VkImageView> layers;  // one layer, or two of a stereo surface
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // the drawing must wait for this semaphore
   VkSemaphore done = VK_NULL_HANDLE;   // the drawing must signal this semaphore when it has finished
-  bool kept = false;                   // still holds its last frame
+  bool kept = false;                   // still contains its last frame
 };
 
 /// A rectangle of a picture, in pixels.
@@ -42,7 +43,7 @@ struct Part {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Its pipeline comes with the first target.
+/// Composes pictures and text. Pipelines are created when the first target's format is known.
 class Compositor {
  public:
   explicit Compositor(gpu::Device& device);
@@ -50,18 +51,19 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// Null: no text. Only the first, if both eyes share regions.
+  /// Texts for both eyes; null: no text. If both eyes share a region, only the first is used.
   using Huds = std::array<const Hud*, 2>;
 
-  /// `pictures`: one or two layers, SHADER_READ_ONLY; `first_row`: panel row of the target, for row-interleaving;
-  /// `changed`: since the last record(). Returns the parts drawn; empty: all.
+  /// Records the composition. `pictures`: one or two layers, layout SHADER_READ_ONLY; `first_row`: panel row of the
+  /// target's first row, for interleaved rows; `changed`: parts changed since the last record(). Returns the parts
+  /// drawn; nullopt: all.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
-  /// Against the last record() with this layout.
+  /// Returns true if the text differs from that of the last record() with this layout.
   bool text_changed(const Huds& huds, Layout layout) const;
-  /// In memory, after the device has finished `slot`.
+  /// Composes a target in memory on the CPU; call after the device has finished `slot`.
   void compose(int slot);
 
  private:
@@ -73,62 +75,64 @@ class Compositor {
 struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};  // position of the pointer in the picture, −1..1, y up
-  // true: down; at most one event each per poll (button_queue.h)
+  // true: the button is down. At most one event of each button per poll (button_queue.h).
   bool left = false, right = false, middle = false;
   bool shift = false;        // true if the shift key is down
   double wheel = 0;          // steps of the wheel since the last poll
   std::vector<int> pressed;  // keys pressed since the last poll, codes of keys.h
 
-  // For an interface drawn into the picture.
+  // Events for a user interface drawn into the picture.
   struct Key {
     int code;
     bool down;
-    std::uint32_t typed = 0;  // code point of typed text; 0: the entry is a key
+    std::uint32_t typed = 0;  // code point of typed text; 0: it is a key
   };
   std::vector<Key> keys;  // events in their order, including releases, repeats and typed text
-  dvec2 pixel{-1, -1};    // pixels, position of the pointer from the picture's upper left corner
+  dvec2 pixel{-1, -1};    // pixels, pointer's position from the picture's upper left corner
   bool focused = true;
 
-  std::vector<std::string> dropped;  // since the last poll
+  std::vector<std::string> dropped;  // files dropped onto the window since the last poll
 };
 
 class Output {
  public:
   virtual ~Output() = default;
-  /// Empty: minimised, or surface lost for now. Throws RunFailure: lost for good.
+  /// Returns the next target; nullopt: minimised, or the surface is lost for now. Throws RunFailure if it is lost for
+  /// good.
   virtual std::optional<Target> acquire() = 0;
-  /// All or `parts`, after submission. `finish` waits and composes a target in memory.
+  /// Shows the target after its commands were submitted. `drawn`: changed parts; nullopt: all. `finish` waits for the
+  /// device and composes a target in memory.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// Such as minimised.
+  /// Returns false if nothing of the window is shown, for example if it is minimised.
   virtual bool visible() const { return true; }
-  /// Resized or uncovered: compose again.
+  /// Returns true if the window was resized or uncovered, so that it must be composed again.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
-  /// As if the desktop had removed it. For tests.
+  /// Behaves as if the desktop removed the surface; for tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// At most `most` (ns).
+  /// Waits for events, at most `most` nanoseconds.
   virtual void wait(Nanos most);
-  /// Of all windows, to the desktop.
+  /// Number of requests of all windows to the desktop.
   virtual std::uint64_t requests() const { return 0; }
-  /// 1 on an ordinary screen.
+  /// Scale of the user interface: 1 on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
   /// Makes this window receive the keyboard input.
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// If another window covers this monitor; at most as large as the next.
+  /// Moves the window to the next monitor if another window covers this one; limits its size to that monitor.
   virtual void leave_monitor(int) {}
-  /// s; 0 in memory.
+  /// Time between two screen refreshes, s; 0 in memory.
   virtual double refresh_period() const { return 0; }
-  /// RGBA, only in memory.
+  /// Pixels of the last picture, RGBA; only in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 
-/// A desktop for windows.
+/// Returns true if a desktop can show windows.
 bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
@@ -144,19 +148,19 @@ struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
   int output = -1;              // number of the monitor for full screen; −1: a window
-  bool fits_screen = false;     // true: the window's size is limited to the screen's free area
+  bool fits_screen = false;     // true: limits the window to the screen's free area
   bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
-  /// a Compositor fills them; in memory with software rendering
+  /// A Compositor fills the targets; with software rendering, they are in memory.
   bool composed = false;
-  double most_frames_per_second = 120;  // Hz, if presenting does not wait
-  /// With X11, a thread of the window's own calls `pressed`; otherwise poll() does.
+  double most_frames_per_second = 120;  // Hz, limits the frame rate if presenting does not wait
+  /// Keys handled immediately: with X11, a thread of the window calls `pressed`; otherwise poll() does.
   UrgentKeys urgent;
 };
-/// For Device::create. Throws Error without a desktop.
+/// Vulkan extensions for Device::create. Throws Error without a desktop.
 std::vector<const char*> window_extensions();
-/// Throws Error.
+/// Opens a window. Throws Error.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
-/// In the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error without a desktop.
+/// Monitors in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error without a desktop.
 std::vector<std::string> monitors();
 #endif
 

@@ -10,29 +10,29 @@ namespace typodont::display {
 
 namespace {
 
-constexpr double kGlassMargin = 0.01;  // m beyond the outermost lines of sight
+constexpr double kGlassMargin = 0.01;  // m, margin of glass beyond the outermost lines of sight
 
-/// outward · p ≤ offset, |outward| = 1.
+/// Half-space outward · p ≤ offset, with |outward| = 1.
 struct Limit {
   dvec3 outward;
   double offset;  // m along `outward`
   std::string name;
 };
 
-/// Through three points, with `inside`.
+/// Limit through three points; `inside` fulfils it.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
   return {n, glm::dot(n, a), std::move(name)};
 }
 
-/// Line p–q with normal · p = offset.
+/// Intersection of the line p–q with the plane normal · p = offset.
 dvec3 meet(const dvec3& p, const dvec3& q, const dvec3& normal, double offset) {
   const dvec3 d = q - p;
   return p + ((offset - glm::dot(normal, p)) / glm::dot(normal, d)) * d;
 }
 
-/// A x = b in place, by Cholesky.
+/// Solves A x = b in place with Cholesky's method.
 template <std::size_t N>
 void solve(std::array<std::array<double, N>, N>& A, std::array<double, N>& b) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -56,12 +56,12 @@ struct LargestBox {
   dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m
 };
 
-/// Largest box within all limits, origin strictly inside: n · c + |n| · h ≤ d, maximise log(h_x h_y h_z). Convex (Boyd
-/// & Vandenberghe 2004, 8.4.2); barrier method, Newton steps.
+/// Largest box that fulfils all limits n · c + |n| · h ≤ d (c: middle, h: half size). Maximises log(h_x h_y h_z), a
+/// convex problem (Boyd & Vandenberghe 2004, 8.4.2), with a barrier method.
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  // c, then h; divided by `room` next, for numbers near 1.
+  // Unknowns: c, then h; divided by `room`, so that numbers are near 1.
   std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;
@@ -118,7 +118,7 @@ LargestBox largest_box(const std::vector<Limit>& limits) {
   return {room * dvec3(x[0], x[1], x[2]), room * dvec3(x[3], x[4], x[5])};
 }
 
-/// In (y, z).
+/// Returns true if the segments a–b and c–d cross in the side view (y, z).
 bool cross_in_side_view(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   const auto side = [](const dvec3& p, const dvec3& q, const dvec3& r) {
     return (q.y - p.y) * (r.z - p.z) - (q.z - p.z) * (r.y - p.y);
@@ -149,14 +149,14 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   mirror.normal = {0, -std::sin(spec.mirror_tilt), std::cos(spec.mirror_tilt)};
   mirror.offset = spec.glass_above_work;
   rig.mirror = mirror;
-  // Mirror image: its left is the user's right.
+  // The panel is a mirror image: its left edge is on the user's right.
   rig.screen = {reflect(mirror, across - along), reflect(mirror, -across - along), reflect(mirror, across + along),
                 spec.pixels, spec.layout};
   plan.pixel = spec.panel_width / eye_pixels(spec.layout, spec.pixels).x;
   const std::array<dvec3, 2> eyes = {rig.head.eye_center - dvec3(0.5 * spec.ipd, 0, 0),
                                      rig.head.eye_center + dvec3(0.5 * spec.ipd, 0, 0)};
 
-  // Finds the objects that block the user's view of the picture.
+  // Finds the objects that hide the picture from the user.
   const dvec3 towards(0, -up.z, up.y);  // normal of the picture, towards the user
   const auto before_glass = [&](const dvec3& p) { return glm::dot(mirror.normal, p) - mirror.offset; };
   const double to_picture = glm::dot(towards, rig.head.eye_center);
@@ -173,7 +173,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   if (!behind) conflicts.push_back("the picture reaches through the glass: raise the mirror or turn the picture");
   if (!conflicts.empty()) return plan;
 
-  // All lines of sight, and a margin.
+  // The glass contains all lines of sight and a margin.
   const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // direction in the glass away from the user
   double near_end = std::numeric_limits<double>::infinity(), far_end = -near_end, half_width = 0;
   for (const dvec3& eye : eyes) {
@@ -189,10 +189,10 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                 foot + far_end * slope + half_width * right, foot + far_end * slope - half_width * right};
   plan.glass_width = 2 * half_width, plan.glass_length = far_end - near_end;
 
-  // Checks that the panel blocks neither the view nor the head.
+  // Checks that the panel blocks neither view nor head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  // in front of the glass, between the outermost
+  // Inside the triangle of the eye and the ends of the glass, in the side view.
   const auto within_view = [&](const dvec3& p) {
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
@@ -211,7 +211,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                                     1e3 * to_panel, 1e3 * spec.head_room));
   }
 
-  // Seen by both eyes at a comfortable depth, below the glass, in reach.
+  // Workspace: visible to both eyes at a comfortable depth, below the glass, and within reach of the arm.
   std::vector<Limit> limits;
   constexpr const char* kEdges[] = {"the picture's lower edge", "the picture's right edge", "the picture's upper edge",
                                     "the picture's left edge"};
@@ -245,7 +245,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Per face: the first limit outwards.
+  // For each face of the box: finds the nearest limit in its direction.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

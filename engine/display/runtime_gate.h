@@ -1,5 +1,5 @@
-// Watches a thread that calls a headset's runtime, which may never return. The watching thread can abandon it: it then
-// never runs this program's code again, so its data can go.
+// Watches a thread that calls a headset's runtime, whose calls may never return. The watching thread can give the other
+// thread up: it then never runs code of this program again, so its data can be destroyed.
 #pragma once
 
 #include <atomic>
@@ -12,13 +12,14 @@ namespace typodont::display {
 
 class RuntimeGate {
  public:
-  // Headset's thread, as the next ones. `call`: its name.
+  // The following functions are for the headset's thread.
+  /// Marks the begin of a call of the runtime. `call`: its name.
   void enter(const char* call) noexcept {
     call_.store(call, std::memory_order_relaxed);
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Never returns if abandoned meanwhile.
+  /// Marks the end of the call. If the thread was given up meanwhile, the function never returns.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -27,15 +28,16 @@ class RuntimeGate {
     }
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// Ended, or no longer watched.
+  /// Marks that the thread has ended or need not be watched any longer.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
-  // s in the present call, 0 outside. Watching thread, as the next ones.
+  // The following functions are for the watching thread.
+  /// Duration of the current call, s; 0 outside a call.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// s of own code since the last call; 0 in a call or after done().
+  /// Time since the last call, s; 0 during a call and after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// True: it is in a call and will never return.
+  /// Gives the thread up. Returns true if it is in a call, from which it will never return.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

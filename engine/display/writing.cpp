@@ -21,10 +21,11 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// of half the height: letters, margin, space in a panel, its corners, its least width
+// In units of half the picture's height: height of letters, margin, space inside a panel, radius of its corners,
+// smallest width of a panel.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
-// pixels, for Chinese
+// Smallest height of Chinese characters, pixels.
 constexpr double kLeastChinese = 19;
 constexpr int kFirstChinese = 0x3000;  // smallest code of Chinese characters and punctuation
 constexpr std::string_view kGap = "   ";
@@ -35,12 +36,12 @@ const font::Glyph* glyph(int code) {
   return at != std::end(font::kGlyphs) && at->code == code ? at : nullptr;
 }
 
-/// UTF-8 at i, then the next; invalid: '?'.
+/// Code of the UTF-8 character at i; moves i to the next character. Invalid bytes give '?'.
 int next_code(std::string_view text, std::size_t& i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   int code = byte(i++);
   if (code >= 0xc0) {
-    // Two or three bytes.
+    // Number of further bytes; characters of two or three bytes are supported.
     const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
     const bool whole = more > 0 && i + more <= text.size();
     code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
@@ -50,7 +51,7 @@ int next_code(std::string_view text, std::size_t& i) {
   return code;
 }
 
-/// Or that of '?'.
+/// Glyph of the next character, or of '?' if the font lacks it.
 const font::Glyph& next(std::string_view text, std::size_t& i) {
   const font::Glyph* g = glyph(next_code(text, i));
   return g ? *g : *glyph('?');
@@ -68,7 +69,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// At most `most` wide, only at `gap`.
+/// Breaks a text into lines of at most `most` width, only at the separator `gap`.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -84,12 +85,13 @@ std::vector<std::string> broken_at(std::string_view gap, std::string_view text, 
   return lines;
 }
 
-/// Before Chinese characters; others stay together, punctuation with the one before.
+/// Breaks before Chinese characters. Other characters stay together, and punctuation stays with the character before
+/// it.
 std::vector<std::string> broken_between_characters(std::string_view text, double most, double height) {
   constexpr std::string_view kStays = "，。：；、！？）";
   std::vector<std::string> lines(1);
   for (std::size_t i = 0; i < text.size();) {
-    // A Chinese character with punctuation, or a run.
+    // The next unit: a Chinese character with its punctuation, or a run of other characters.
     const std::size_t from = i;
     const bool chinese = next_code(text, i) >= kFirstChinese;
     for (std::size_t end = i; i < text.size(); i = end) {
@@ -127,7 +129,7 @@ std::string force_text(const Hud& hud) {
   std::replace(text.begin(), text.end(), '.', hud.words.decimal);
   return text;
 }
-/// In steps below a pixel.
+/// Force as a fraction of the limit, rounded to steps smaller than a pixel of the bar.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_shown && hud.force_limit > 0
@@ -143,7 +145,7 @@ Color force_color(double fraction) {
   return {static_cast<std::uint8_t>(m.r), static_cast<std::uint8_t>(m.g), static_cast<std::uint8_t>(m.b), 255};
 }
 
-/// Half heights from the middle, y up as read, to pixels.
+/// Converts user coordinates (units of half the height, from the middle, y up for the reader) to pixels.
 struct Map {
   ivec2 place;
   glm::dmat2 upright;
@@ -186,7 +188,7 @@ class Painter {
       const font::Glyph& g = next(text, i);
       if (g.w > 0) {
         const dvec2 lo{at.x + s * g.left, at.y - s * (g.top + g.h)}, hi{lo.x + s * g.w, lo.y + s * g.h};
-        // Distances: sharp at every size (Green 2007).
+        // Glyphs are distance fields, which are sharp at every size (Green 2007).
         fill(lo, hi, color, [&](const dvec2& p) { return distance(g, (p.x - lo.x) / s, (hi.y - p.y) / s); });
       }
       at.x += s * static_cast<double>(g.advance);
@@ -205,7 +207,7 @@ class Painter {
     return {low, high - low};
   }
 
-  /// Positive inside; x, y in atlas pixels.
+  /// Distance from the glyph's outline, positive inside; x, y in pixels of the atlas.
   static double distance(const font::Glyph& g, double x, double y) {
     const auto at = [&](int i, int j) {
       i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
@@ -218,11 +220,11 @@ class Painter {
            0.5;
   }
 
-  /// Where `inside` > 0, with an edge of one pixel.
+  /// Fills the area where `inside` > 0, with a smooth edge of one pixel.
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // Also one pixel around, for slopes.
+    // One pixel more on each side, for slopes.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -252,7 +254,7 @@ class Painter {
 }  // namespace
 
 std::string spindle_text(double krpm, const HudWords& words) {
-  // krpm, below: rounded to 10 rpm (implant drills, reamers)
+  // Below this speed (krpm), values are rounded to 10 rpm (implant drills, reamers).
   constexpr double kSlow = 10;
   const bool slow = krpm < kSlow;
   return fmt::format(fmt::runtime(slow ? words.rpm : words.krpm),
@@ -267,7 +269,7 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Rows at least half inside; the box has a margin.
+/// Rows of the atlas in which the glyph has ink (inside by at least half); its box has a margin.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {
@@ -285,11 +287,11 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 up = screen.upper_left - screen.lower_left;
   const dvec3 middle = 0.5 * (screen.upper_left + screen.lower_right), sight = middle - rig.head.eye_center;
   const double distance = glm::length(sight);
-  // m across the line of sight
+  // Vertical extent of the picture perpendicular to the line of sight, m.
   const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
-  // rad, angle that half the picture's height subtends at the eye
+  // Angle of half the picture's height at the eye, rad.
   const double half_height = 0.5 * glm::length(seen) / distance;
-  // height of x / `font::kSize`
+  // Height of the letter x / `font::kSize`.
   const double x_height = ink_rows(*glyph('x')) / font::kSize;
   return kLeastXHeight / (x_height * half_height);
 }
@@ -316,7 +318,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
-  // By the picture's height, readable, within its width.
+  // Height of letters: in proportion to the picture, but readable, and not wider than the picture.
   const double least = has_chinese(hud.tool + speed + hud.hint) ? kLeastChinese : kLeastLetters;
   double h = std::max({kLetters, hud.least_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);

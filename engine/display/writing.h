@@ -1,4 +1,4 @@
-// Text over a picture, without disparity, at the target's resolution. Render thread.
+// Text over a picture, without stereo disparity, at the resolution of the target. Render thread only.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace typodont::display {
 
-/// Units and decimal sign of the numbers, in the user's language.
+/// Number formats in the user's language: units, decimal sign.
 struct HudWords {
   std::string rpm = "{} rpm", krpm = "{} krpm";  // formats of a slow and of a fast spindle's speed
   char decimal = '.';
 };
 
-/// "800 rpm", "300 krpm".
+/// Speed of the spindle as text: "800 rpm", "300 krpm".
 std::string spindle_text(double krpm, const HudWords& words = {});
-/// Returns true if the font has all characters of `text` (UTF-8).
+/// Returns true if the font has all of `text` (UTF-8).
 bool can_write(std::string_view text);
 
 /// The values that the text shows.
@@ -28,49 +28,52 @@ struct Hud {
   bool visible = false;
   std::string tool;  // name of the tool, for example "round 1.2 mm"
   double speed_krpm = 0;
-  // false: would reveal a blind experiment
+  // false: the force is hidden, because it would reveal the condition of a blind experiment.
   bool force_shown = true;
   double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at which the bar is full
-  std::string hint;        // lines break at three spaces
+  std::string hint;        // hint; lines may break at three spaces
   HudWords words;
-  double least_letters = 0;  // of half the height; readable_letters()
-  glm::dmat2 upright{1.0};   // display::upright()
-  double aspect = 0;         // width / height; 0: by pixels
+  // smallest height of letters in units of half the picture's height, from readable_letters()
+  double least_letters = 0;
+  glm::dmat2 upright{1.0};  // orientation of the picture, from display::upright()
+  double aspect = 0;        // width / height of the picture; 0: from its pixels
 };
 
-/// rad of lower-case x, stricter than ISO 9241-303's 20 to 22' for characters.
+/// Smallest angle that a lower-case x must subtend, rad. Stricter than ISO 9241-303, which requires 20 to 22' for
+/// characters.
 inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
-/// Letters of half the picture's height at which x subtends kLeastXHeight in the middle; 0: not a mirror bench.
+/// Height of letters, in units of half the picture's height, at which x subtends kLeastXHeight in the picture's middle;
+/// 0: not a mirror bench.
 double readable_letters(const DisplayRig& rig);
 
-/// Pixels of the eye's region.
+/// A rectangle in the region of an eye, pixels.
 struct WritingBox {
   glm::ivec2 lo{0}, size{0};
 };
 
-/// Panels; the rest stays.
+/// The text as panels with pixels; the rest of the picture stays.
 class Writing {
  public:
   struct Panel {
     WritingBox box;
-    std::vector<std::uint8_t> rgba;  // rows of box.size.x; premultiplied, sRGB
+    std::vector<std::uint8_t> rgba;  // rows of box.size.x pixels; premultiplied, sRGB
   };
 
   /// Returns true if write() would change a pixel.
   bool differs(const Hud& hud, glm::ivec2 place) const { return shown(hud, place) != shown_; }
-  /// Changed text for a region. 13 pixels or more (Chinese 19), as large as possible; long hints break. Returns changed
-  /// boxes.
+  /// Draws the text for a region of the size `place`. Letters are as large as possible, at least 13 pixels (Chinese
+  /// 19); long hints are broken. Returns the boxes of changed panels.
   std::vector<WritingBox> write(const Hud& hud, glm::ivec2 place);
   std::span<const Panel> panels() const { return panels_; }
 
-  /// On 4-byte pixels, rows `pitch` apart; `place`: origin of the region; `blue_first`: BGRA.
+  /// Draws a panel over 4-byte pixels, rows `pitch` bytes apart. `place`: origin of the region; `blue_first`: BGRA.
   static void lay_over(const Panel& panel, std::uint8_t* pixels, std::size_t pitch, glm::ivec2 place, bool blue_first);
 
  private:
   static std::string shown(const Hud& hud, glm::ivec2 place);
 
-  std::string shown_;  // drawn again if changed
+  std::string shown_;  // content that was drawn last; the text is drawn again if it changes
   std::vector<Panel> panels_;
 };
 

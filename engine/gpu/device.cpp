@@ -182,7 +182,7 @@ Device Device::create(const DeviceOptions& options) {
       if (create) check(create(d.instance, &messenger, nullptr, &d.messenger_), "vkCreateDebugUtilsMessengerEXT");
     }
 
-    // Chooses the best device that supports everything that the renderer needs.
+    // Chooses the best device that supports everything the renderer needs.
     int best = 1000;
     std::string seen;
     const std::vector<VkPhysicalDevice> candidates =
@@ -216,7 +216,7 @@ Device Device::create(const DeviceOptions& options) {
     for (int samples : {1, 2, 4, 8})
       if (counts & static_cast<VkSampleCountFlags>(samples)) d.max_samples = samples;
 
-    // A family that draws also presents and computes on all known drivers.
+    // On all known drivers, a queue family that draws and computes can also present to a window.
     std::uint32_t families = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(d.physical, &families, nullptr);
     std::vector<VkQueueFamilyProperties> family(families);
@@ -294,7 +294,7 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // All preferred properties, else all required ones.
+  // Prefers a memory type with all preferred properties, else takes one with all required properties.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)
@@ -304,7 +304,7 @@ Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPr
   }
   if (type == VK_MAX_MEMORY_TYPES) throw RunFailure("Vulkan: no memory type fits");
 
-  // Separate blocks: bufferImageGranularity has no effect.
+  // Images and buffers lie in separate blocks, so that bufferImageGranularity has no effect.
   const bool own_block = requirements.size > kBlockSize / 4;
   if (!own_block)
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
@@ -363,7 +363,7 @@ std::vector<DeviceInfo> list_devices() {
   try {
     instance = create_instance({}, nullptr);
   } catch (const Error&) {
-    return list;  // no loader or driver exists, so the list stays empty
+    return list;  // without a loader or driver, the list stays empty
   }
   std::vector<std::pair<int, DeviceInfo>> ranked;
   for (VkPhysicalDevice physical : physical_devices(instance)) {

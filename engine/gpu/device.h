@@ -1,4 +1,4 @@
-// Thin Vulkan: instance, device, queue, sub-allocated memory; structs with create and destroy.
+// Thin layer over Vulkan: instance, device, queue and sub-allocated memory. Structs have create() and destroy().
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -16,22 +16,22 @@
 
 namespace typodont::gpu {
 
-/// Reset or failed driver: all objects are lost, a new device can be created.
+/// The driver failed or was reset. All Vulkan objects are lost, but a new device can be created.
 class DeviceLost : public RunFailure {
  public:
   using RunFailure::RunFailure;
 };
 
-/// Throws DeviceLost or RunFailure with the call's name.
+/// Throws DeviceLost or RunFailure with the name of the call if `result` is an error.
 void check(VkResult result, const char* call);
 
-/// First-fit ranges of numbers, merged when freed. No Vulkan.
+/// Allocates ranges of numbers by first fit and merges freed ranges. Does not use Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
   RangeAllocator() = default;
   explicit RangeAllocator(std::uint64_t size);
-  /// First number, or kNone.
+  /// Returns the first number of the range, or kNone if there is no space.
   std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }
@@ -39,7 +39,7 @@ class RangeAllocator {
   std::size_t pieces() const { return ranges_.size(); }
 
  private:
-  // first number → count
+  // free ranges: first number → count
   std::map<std::uint64_t, std::uint64_t> ranges_;
   std::uint64_t size_ = 0, free_ = 0;
 };
@@ -47,24 +47,25 @@ class RangeAllocator {
 struct Allocation {
   VkDeviceMemory memory = VK_NULL_HANDLE;
   VkDeviceSize offset = 0, size = 0;
-  std::byte* mapped = nullptr;  // null: not accessible to the host
+  std::byte* mapped = nullptr;  // address for the host; null: no access by the host
   int block = -1;
 };
 
 struct DeviceOptions {
-  /// validation layer; its messages are counted and printed
+  /// true: uses the validation layer; messages are counted and printed
   bool validation = false;
   std::vector<const char*> instance_extensions;  // instance extensions that a window needs
   bool present = false;                          // true: the device must support swapchains
   bool doubles = false;                          // true: the device must support double precision in shaders
-  std::string prefer;                            // part of the preferred device's name; empty: GPUs first
-  // A headset's runtime creates both (XR_KHR_vulkan_enable2); empty: the program does.
+  std::string prefer;                            // part of the preferred device's name; empty: GPUs come first
+  // A headset's runtime creates the instance and the device with these functions (XR_KHR_vulkan_enable2). Empty: the
+  // program creates them.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
 };
 
-/// A Vulkan device with its queue and memory. Render thread only.
+/// A Vulkan device with queue and memory. Render thread only.
 struct Device {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -73,15 +74,15 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  // Both eyes in a pass. Not with lavapipe 22.3: clipped triangles lose their view, and only layer 0 of a multisampled
-  // pass is resolved.
+  // true: one pass can draw both eyes. False for lavapipe 22.3: clipped triangles lose their view index, and of a
+  // multisampled pass only layer 0 is resolved.
   bool multiview = true;
-  bool processor = false;  // software renderer: details are omitted
+  bool processor = false;  // true: software renderer, for which details are omitted
   int max_samples = 1;
-  // pipelines that are stored between runs (driver_cache.h); null: none are stored
+  // pipelines stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
 
-  /// Throws Error, with how to install, without Vulkan 1.3.
+  /// Throws Error with installation instructions if Vulkan 1.3 is missing.
   static Device create(const DeviceOptions& options);
   void destroy();
 
@@ -111,7 +112,8 @@ struct Device {
   std::shared_ptr<int> messages_;
 };
 
-/// Best first; empty without loader or driver.
+/// A Vulkan device of this machine. list_devices() returns the best first, and an empty list without a loader or
+/// driver.
 struct DeviceInfo {
   std::string name;
   bool processor = false;
@@ -119,7 +121,7 @@ struct DeviceInfo {
 };
 std::vector<DeviceInfo> list_devices();
 
-/// Two frames in flight.
+/// Command buffers of two frames in flight.
 struct FrameRing {
   static constexpr int kSlots = 2;
   struct Slot {
@@ -129,26 +131,26 @@ struct FrameRing {
     std::uint64_t frame = 0;
   };
   std::array<Slot, kSlots> slots;
-  std::uint64_t submitted = 0;  // being recorded, or last submitted
-  // newest finished; all earlier ones are, too
+  std::uint64_t submitted = 0;  // number of the frame that is being recorded or was submitted last
+  // number of the newest finished frame; all earlier ones are finished, too
   std::uint64_t finished = 0;
 
   static FrameRing create(Device& device);
   void destroy(Device& device);
 
-  /// Waits for the slot's last frame, then begins its commands.
+  /// Waits for the last frame of the slot, then begins recording its commands.
   VkCommandBuffer begin(Device& device);
   int slot() const { return static_cast<int>(submitted % kSlots); }
-  /// Submits the commands to the queue; both semaphores may be null.
+  /// Submits the commands to the queue; semaphores may be null.
   void submit(Device& device, VkSemaphore wait = VK_NULL_HANDLE, VkSemaphore signal = VK_NULL_HANDLE);
   /// Ends the command buffer without submitting it.
   void abandon(Device& device);
-  /// Waits for the last submission of a slot (frame in flight).
+  /// Waits for a slot's last submission (frame in flight).
   void wait(Device& device, int of_slot);
   void wait_idle(Device& device);
 };
 
-/// Submits and waits. For set-up and read-back.
+/// Records commands, submits them and waits for their end. Used for set-up and read-back.
 void run_once(Device& device, const std::function<void(VkCommandBuffer)>& record);
 
 }  // namespace typodont::gpu

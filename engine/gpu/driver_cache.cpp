@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kList = "left-as";          // lists all files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
-// bytes; only a header or checksum, not stored
+// bytes; a smaller cache is only a header or checksum and is not stored
 constexpr std::size_t kEmptyCacheBytes = 64;
 fs::path g_folder;   // the cache folder; set before other threads start
 std::mutex g_mutex;  // protects the cache folder
@@ -43,7 +43,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.key();
 }
 
-/// By relative path, without the list itself.
+/// Returns the hash of each file by its relative path, without the list itself.
 std::map<std::string, std::uint64_t> files_now() {
   std::map<std::string, std::uint64_t> files;
   std::error_code code;
@@ -73,7 +73,7 @@ void check_driver_cache() {
   if (g_folder.empty() || std::exchange(g_checked, true)) return;
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
-  // One line: npos + 1 is 0, its start.
+  // Start of the last line. For a single line, rfind() returns npos, and npos + 1 is 0.
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
   if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
     if (!list.empty()) log::info("{} is damaged and is created again", g_folder.string());
@@ -82,7 +82,7 @@ void check_driver_cache() {
       std::error_code kept;
       if (name == kList || name.starts_with("mesa_") || name.starts_with(kPipelines)) fs::remove_all(it->path(), kept);
     }
-    fs::create_directories(g_folder, code);  // Mesa creates only its own folder, not the folders above it
+    fs::create_directories(g_folder, code);  // Mesa creates only its own folder, not those above
     return;
   }
   const auto now = files_now();

@@ -1,4 +1,4 @@
-// Drivers' shader caches, kept and checked: Mesa 22.3 never replaces a damaged entry.
+// Keeps and checks the shader caches of drivers, because Mesa 22.3 never replaces a damaged entry.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -7,17 +7,17 @@
 
 namespace typodont::gpu {
 
-/// Folder of pipelines, and of Mesa's cache unless the user set another. Once, before any device or thread. Without it,
-/// drivers use their own.
+/// Sets the folder for pipelines and for Mesa's cache, unless the user set another. Call once, before any device or
+/// thread is created. Without this call, drivers use their own folders.
 void keep_driver_cache(const std::filesystem::path& folder);
 
-/// Removes changed files. Once, before a driver is loaded.
+/// Removes files that changed since they were listed. Call once, before a driver is loaded.
 void check_driver_cache();
-/// Empty if none are stored; null without a folder.
+/// Opens the stored pipelines, or an empty cache if there are none. Returns null if no folder is set.
 VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties);
 /// Stores the pipelines and destroys the cache object.
 void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties, VkPipelineCache pipelines);
-/// After the drivers' last write.
+/// Lists all files with their hashes. Call after the drivers' last write.
 void list_driver_cache();
 
 }  // namespace typodont::gpu

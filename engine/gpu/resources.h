@@ -1,4 +1,4 @@
-// Buffers, images, shaders, pipelines; structs with create and destroy.
+// Buffers, images, shaders and pipelines. Structs have create() and destroy().
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -19,7 +19,7 @@ struct Buffer {
 
   /// Allocates memory that the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Written by the GPU (copies, or shaders by `usage`), read by the host.
+  /// Allocates memory that the GPU writes and the host reads. Copies write it, or shaders as `usage` says.
   static Buffer create_readback(Device& device, VkDeviceSize size,
                                 VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   /// Allocates GPU memory that the host does not access.
@@ -39,7 +39,7 @@ struct ImageOptions {
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-  // linear rows in host memory: a software renderer's picture needs no copy
+  // true: the image has linear rows in host memory, so that a software renderer's picture needs no copy
   bool mapped = false;
 };
 
@@ -53,7 +53,7 @@ struct Image {
 
   static Image create(Device& device, const ImageOptions& options);
   void destroy(Device& device);
-  /// Of a mapped one-layer image; not while a frame draws to it.
+  /// Pixel rows of a mapped image with one layer. Do not read them while a frame draws to the image.
   struct Rows {
     const std::byte* first = nullptr;
     std::size_t pitch = 0;  // bytes, distance from one row to the next
@@ -69,18 +69,18 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// Writes of `from` become visible to `to`.
+/// Makes the writes of stage `from` visible to stage `to`.
 void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
                     VkPipelineStageFlags2 to, VkAccessFlags2 access);
-/// Once the commands have finished.
+/// Makes the writes visible to the host once the commands have finished.
 void make_visible_to_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// A layer of 4-byte pixels in `layout`; waits.
+/// Returns one layer of 4-byte pixels of an image in `layout`. Waits for the GPU.
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);
-/// One layer, left in the layout for shaders.
+/// Writes one layer and changes the image's layout to the one that shaders read.
 void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes);
 
-/// Bindings, descriptor sets, pipeline layout.
+/// Bindings, descriptor sets and pipeline layout of shaders.
 struct ShaderInputs {
   struct Binding {
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -92,10 +92,10 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Bindings 0, 1, 2 …, `sets` sets, push constants for their stages.
+  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets, and push constants for the same shader stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
-  /// Not while a frame reads the set.
+  /// Must not be called while a frame reads the set.
   void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
   void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
 };
@@ -104,7 +104,7 @@ struct SamplerOptions {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
-  bool compare = false;  // ≤ comparison, for shadow maps
+  bool compare = false;  // true: compares by ≤, for shadow maps
 };
 VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
 
@@ -115,13 +115,13 @@ struct VertexAttribute {
 };
 
 struct PipelineOptions {
-  // SPIR-V; without a fragment shader, depth only
+  // SPIR-V code; without a fragment shader, only depth is written
   std::span<const std::uint32_t> vertex_shader, fragment_shader;
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // corner order is set while recording
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the order of the corners is set while recording
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

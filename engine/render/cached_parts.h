@@ -1,4 +1,4 @@
-// Values in a cached file (engine/base/cache.h), written and read in the same order.
+// Writes and reads the values of a cached file (engine/base/cache.h), both in the same order.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace typodont::render {
 
-/// `each_part(use)` calls use(address, bytes) for each value until one returns false, and then returns false. Throws
-/// Error.
+/// Writes values to a file. `each_part(use)` calls use(address, bytes) for each value; if a call returns false, it
+/// stops and returns false. Throws Error.
 template <class EachPart>
 void write_parts(const std::filesystem::path& file, EachPart&& each_part) {
   std::ofstream out(file, std::ios::binary);
@@ -19,7 +19,8 @@ void write_parts(const std::filesystem::path& file, EachPart&& each_part) {
   if (!each_part(put) || !out.flush()) throw Error(file.string(), "", "not written", "a writable place");
 }
 
-/// What write_parts() wrote. False: `file` is empty, or a value is unreadable. The cache has checked the content.
+/// Reads what write_parts() wrote. Returns false if `file` is empty, or a value cannot be read. The cache has already
+/// checked the content.
 template <class EachPart>
 bool read_parts(const std::filesystem::path& file, EachPart&& each_part) {
   if (file.empty()) return false;

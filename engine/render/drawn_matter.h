@@ -1,4 +1,5 @@
-// Materials that are only drawn. Numbers follow contract/tissue.h, but occur only in render::Vertex.
+// Materials that are only drawn, not simulated. Their numbers follow those of contract/tissue.h, and occur only in
+// render::Vertex.
 #pragma once
 
 #include <array>
@@ -10,10 +11,10 @@ namespace typodont::render {
 
 inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{kTissueCount + 2},
     kRubber{kTissueCount + 3}, kAcrylic{kTissueCount + 4}, kPlastic{kTissueCount + 5};
-// tissues and materials; length of the arrays in shared.h
+// Number of tissues and drawn materials; length of the arrays in shared.h.
 inline constexpr int kMatterCount = kTissueCount + 6;
 
-/// In files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.
+/// Name of a tissue or material in files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.
 inline std::string_view matter_name(int index) noexcept {
   constexpr std::array<std::string_view, kMatterCount - kTissueCount> kNames = {"mucosa", "tongue",  "skin",
                                                                                 "rubber", "acrylic", "plastic"};

@@ -16,25 +16,25 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// between rings on smooth parts, in triangle sides
+// Distance of rings on smooth parts, in triangle sides.
 constexpr double kLongStep = 2;
-// rad between pieces of the outline, from which it is an edge
+// Angle between pieces of the outline above which they meet in an edge, rad.
 constexpr double kSharp = 35 * kDegree;
 constexpr double kBandEdge = 0.02e-3;        // m, soft edge of a coloured band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
 
-/// And its position along the path.
+/// A ring of the mesh: its position, and the path length up to it.
 struct Ring {
   double x, z, radius;
-  double s;  // m along the path
+  double s;  // m, path length
 };
 
-/// Catmull-Rom through a, b, c, d; t = 0: b, 1: c.
+/// Catmull-Rom curve through a, b, c, d: t = 0 gives b, t = 1 gives c.
 double through(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/// With more rings on smooth curves, and at the ends of bands and knurl.
+/// Rings of a part, with additional ones on smooth curves, and at the ends of bands and knurling.
 std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   std::vector<Ring> fine;
   const auto& given = part.rings;
@@ -72,7 +72,7 @@ std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   return out;
 }
 
-/// Rotated about z by `turn` (rad). `side`: m, of triangles.
+/// Adds a part that is rotated about z by `turn` (rad). `side`: side of triangles, m.
 void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, double side) {
   const std::vector<Ring> rings = rings_of(part, side);
   double widest = 0, off_axis = 0;
@@ -84,7 +84,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Unit direction (x, z). Around the tool's axis rings come in any order of z: always +z.
+  // Unit direction of the path (x, z) at ring i. Around the tool's axis, rings may come in any order of z, so it is
+  // always +z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -92,7 +93,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     while (hi + 1 < n && rings[hi].s - rings[i].s < 1e-9) ++hi;
     return glm::normalize(dvec2(rings[hi].x - rings[lo].x, rings[hi].z - rings[lo].z));
   };
-  // Unit normal from ring i to the next: x away from the path, y along it.
+  // Unit normal between ring i and the next: x away from the path, y along it.
   const auto slope = [&](std::size_t i) {
     const Ring &a = rings[i], &b = rings[i + 1];
     const double along = off_axis == 0 ? b.z - a.z : b.s - a.s, out = b.radius - a.radius;
@@ -107,7 +108,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // First and last corner are one point with different `grip`.
+    // The first and the last corner are the same point with different `grip`.
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;
@@ -125,7 +126,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     return static_cast<std::uint32_t>(mesh.vertices.size()) - static_cast<std::uint32_t>(around) - 1;
   };
   const auto corner = [&](std::uint32_t ring, int k) { return ring + static_cast<std::uint32_t>(k); };
-  // At an edge the ring is stored twice, with each normal.
+  // At an edge, the ring is stored twice, once with each normal.
   std::uint32_t from = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const dvec2 here = slope(i);
@@ -143,7 +144,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     }
     from = to;
   }
-  // Flat discs at both ends.
+  // Flat discs close both ends.
   for (const bool last : {false, true}) {
     const std::size_t i = last ? n - 1 : 0;
     if (rings[i].radius <= 0) continue;
@@ -162,7 +163,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// First to last ring; each radius is the largest in its half of the path.
+/// Cone from the first to the last ring; each radius is the largest one in its half of the path.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

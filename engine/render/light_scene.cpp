@@ -20,24 +20,22 @@ namespace {
 constexpr int kRays = 120;             // number of rays for each sample of the grid
 constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
 constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
-// largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
-// inside a body
+// Largest fraction of a sample's rays that may meet backs of triangles; with more, the sample is inside a body.
 constexpr double kInside = 0.25;
-// The back of a triangle has no light, so a ray that meets one is left out of a sample's mean. If the rays that are
-// left have less than this fraction of the weight, the rest of this fraction counts as dark.
+// Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
+// have less than this fraction of the weight, the rest of the fraction counts as dark.
 constexpr float kLeastSeen = 0.5f;
 constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
-// exponent of the cosine with which these rays are weighted; half of the weight lies within 10°
+// Exponent of the cosine that weights these rays; half of the weight is within 10°.
 constexpr float kImageLobe = 48;
 constexpr int kImageStep = 2;      // distance, in grid spacings, of the samples in open space that have this light
-constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
+constexpr float kMargin = 20e-6f;  // m, distance from a surface at which its rays start, so that they do not meet it
 constexpr int kLampRays = 4;
-// In grid spacings: margin around the box of the points at which the shaders look up a triangle's light. The drawn
-// surface may be curved where the triangle is flat. Some lookup points then lie outside the box that is computed from
-// the flat triangle.
+// Margin around the points at which the shaders look up a triangle's light, grid spacings. Where the drawn surface is
+// curved, lookup points may lie outside the box of the flat triangle.
 constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
-// distance from a surface, in grid spacings, of the point at which the surface's light is looked up
+// Distance from a surface at which its light is looked up, grid spacings.
 constexpr double kBegin = 0.5;
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".rays";
@@ -45,7 +43,7 @@ constexpr const char* kSuffix = ".rays";
 constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
-/// A bounding volume hierarchy (tree of boxes) over the triangles. It finds the triangle that a ray meets.
+/// Bounding volume hierarchy over the triangles, which finds the triangle that a ray meets.
 class RayTree {
  public:
   explicit RayTree(const std::vector<LitTriangle>& triangles) {
@@ -67,8 +65,8 @@ class RayTree {
     std::uint32_t triangle = 0;
     bool back = false;
   };
-  /// Finds the triangle that a ray meets first, if it is nearer to the ray's start than hit.way. `any`: true if it is
-  /// sufficient to know that the ray meets a triangle; then the search ends at the first triangle that is found.
+  /// Finds the first triangle that a ray meets before hit.way. `any`: any triangle is sufficient; the search then ends
+  /// at the first one found.
   bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
     if (nodes_.empty()) return false;
     const glm::vec3 inverse = 1.0f / direction;
@@ -107,7 +105,7 @@ class RayTree {
   static constexpr std::size_t kLeaf = 4;
   struct Node {
     glm::vec3 lo{1e9f}, hi{-1e9f};
-    // indices of the two children; in a leaf, `first` is the index of its first triangle
+    // Indices of the two children; in a leaf, `first` is the index of its first triangle.
     std::uint32_t first = 0, second = 0;
     std::uint32_t count = 0;  // number of triangles in a leaf; 0 if the node has children
   };
@@ -123,9 +121,9 @@ class RayTree {
     }
   };
 
-  /// Splits the triangles into two parts, so that tracing a ray takes little time. The estimate of this time is the sum
-  /// over both parts of the area of the part's box × the number of its triangles (surface area heuristic). The split
-  /// with the least estimate is chosen from kParts equal steps along the longest axis of the triangles' middles.
+  /// Splits triangles into two parts with the smallest estimated time for rays: sum over both parts of box area ×
+  /// number of triangles (surface area heuristic). Candidates are kParts equal steps along the longest axis of the
+  /// triangles' centres.
   std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
                       std::size_t first, std::size_t end) {
     constexpr int kParts = 12;
@@ -151,8 +149,7 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      // for each of the kParts steps along the axis: the estimated time of tracing rays against the triangles in this
-      // step and all later ones
+      // For each step: estimated time for the triangles in this step and all later ones.
       std::array<float, kParts> after{};
       Box box;
       std::size_t count = 0;
@@ -307,10 +304,10 @@ glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n,
   const glm::ivec3 low = glm::min(glm::ivec3(q), glm::max(grid.size - 2, 0)), high = glm::min(low + 1, grid.size - 1);
   const glm::vec2 f = at - glm::vec2(node);
   const glm::vec3 g = q - glm::vec3(low);
-  // of the lower and of the upper neighbour along each axis
+  // Weights of the lower and upper neighbour along each axis.
   const std::array<glm::vec2, 2> u{1.0f - f, f};
   const std::array<glm::vec3, 2> w{1.0f - g, g};
-  const std::size_t next = grid.image_index({1, 0}, glm::ivec3(0));  // of the next node in the same image
+  const std::size_t next = grid.image_index({1, 0}, glm::ivec3(0));  // index of the next node in the same image
   glm::vec3 sum(0);
   for (std::size_t z = 0; z < 2; ++z)
     for (std::size_t y = 0; y < 2; ++y)
@@ -340,10 +337,11 @@ struct LightScene::Impl {
     bool valid = false;  // false if the sample is inside a body
   };
   std::vector<Sample> samples;
-  std::vector<std::uint32_t> imaged;        // indices of the samples for LightGrid::images
-  std::vector<std::int32_t> met;            // for each sample and ray: index in `used`, kNothing or kBack
-  std::vector<std::int32_t> met_by_images;  // likewise for each of `imaged` and each of its kImageRays rays
-  std::vector<std::uint32_t> used;          // indices of the triangles that rays met
+  std::vector<std::uint32_t> imaged;  // indices of the samples for LightGrid::images
+  std::vector<std::int32_t> met;      // per sample and ray: index in `used`, kNothing or kBack
+  // For each of `imaged` and each of its kImageRays rays: index in `used`, kNothing or kBack.
+  std::vector<std::int32_t> met_by_images;
+  std::vector<std::uint32_t> used;  // indices of the triangles that rays met
 
   Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing, bool tissue_mirrors_too,
        std::stop_token stop_of)
@@ -405,9 +403,8 @@ struct LightScene::Impl {
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
-  /// Finds the samples of the grid that the shaders may read. For a surface point, a shader looks up the light at a
-  /// point outside the surface, displaced by kBegin grid spacings along the normal. So the box of each triangle is
-  /// moved by this distance along the triangle's normal, and the samples around the moved box are needed.
+  /// Finds the samples that the shaders may read. They look up light at kBegin grid spacings outside the surface along
+  /// its normal. So each triangle's box is moved by this distance, and the samples around it are needed.
   void find_samples() {
     constexpr std::uint8_t kWanted = 1, kImage = 2;
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
@@ -428,8 +425,8 @@ struct LightScene::Impl {
           for (int z = first.z; z <= last.z; ++z)
             wanted[empty.index(0, {x, y, z})] |= t.metal || tissue_mirrors ? kWanted | kImage : kWanted;
     }
-    // The tool is drawn in the open space between the bodies, where the light changes slowly. fill() interpolates
-    // between these samples.
+    // In the open space between bodies, where the tool is drawn, light changes slowly; fill() interpolates between
+    // these samples.
     const auto mark = [&](int step, std::uint8_t as) {
       for (int x = 0; x < empty.size.x; x += step)
         for (int y = 0; y < empty.size.y; y += step)
@@ -458,8 +455,8 @@ struct LightScene::Impl {
     met.resize(samples.size() * kRays);
     share(samples.size(), [&](std::size_t s) {
       Sample& sample = samples[s];
-      // Every fourth ray is cast first, to find out whether the sample is inside a body. If the sample is inside, and
-      // the nearest surface is less than 1.75 grid spacings away, the sample's rays start just outside this surface.
+      // Casts every fourth ray first, to find out whether the sample is inside a body. If it is, and the nearest
+      // surface is less than 1.75 grid spacings away, the sample's rays start just outside this surface.
       constexpr std::size_t kFew = 4;
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);
@@ -488,7 +485,7 @@ struct LightScene::Impl {
       for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
         met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
     });
-    // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in their place.
+    // Numbers the triangles that rays met 0, 1, 2 …, and stores these numbers instead of their indices.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     const auto renumber = [&](std::int32_t& m) {
       if (m < 0) return;
@@ -504,7 +501,7 @@ struct LightScene::Impl {
     for (std::int32_t& m : met_by_images) renumber(m);
   }
 
-  /// Returns the fraction of the lamp that is visible from p.
+  /// Returns the visible fraction of the lamp at p.
   float lamp_seen(const glm::vec3& p, const LightSources& sources) const {
     const glm::vec3 l = sources.toward_lamp, side = std::abs(l.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     const glm::vec3 a = glm::normalize(glm::cross(side, l)), b = glm::cross(l, a);
@@ -518,8 +515,8 @@ struct LightScene::Impl {
     return static_cast<float>(free) / kLampRays;
   }
 
-  /// A sample without light gets the mean light of its neighbours that have light. This is repeated layer by layer
-  /// until every sample has light. `mean(i, neighbours)`: gives sample i the mean light of these samples.
+  /// Gives samples without light the mean light of neighbours with light, layer by layer, until all have light.
+  /// `mean(i, neighbours)`: sets sample i to the mean of these samples.
   template <class Mean>
   void fill(std::vector<std::uint8_t> known, const Mean& mean) const {
     std::vector<glm::ivec3> missing, next, neighbours;
@@ -616,11 +613,11 @@ struct LightScene::Impl {
     return grid;
   }
 
-  /// Computes the light that surfaces mirror (LightGrid::images). `radiance`: of the triangles in `used`.
+  /// Computes the light that surfaces mirror (LightGrid::images). `radiance`: radiance of the triangles in `used`.
   void mirror(LightGrid& grid, std::span<const glm::vec3> radiance, const LightSources& sources) const {
     constexpr int kSide = LightGrid::kImageSide;
     grid.images.assign(grid.samples() * kSide * kSide, glm::vec3(0));
-    // Of each node: the rays near its direction, with their weights.
+    // For each node of the map: the rays near its direction, and their weights.
     struct Part {
       std::size_t ray;
       float weight;

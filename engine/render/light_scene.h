@@ -1,5 +1,5 @@
-// Light of the room and between surfaces, without the lamp's direct light: rays on the CPU once for static bodies, in a
-// grid for shaders/lighting.glsl.
+// Light of the room, and light between surfaces, without the lamp's direct light. The CPU traces rays once for static
+// bodies; the result is a grid for shaders/lighting.glsl.
 #pragma once
 
 #include <array>
@@ -17,58 +17,57 @@
 
 namespace typodont::render {
 
-/// What a smooth surface or its saliva mirrors onto others. `film`: mirrored fraction of diffuse light; `lamp`: direct;
-/// `diffuse`: the rest. The lamp is mirrored in one direction, often out of the mouth: kLampKept of it reaches others,
-/// chosen by the reference pictures (tests/reference), so that cheek and skin match.
+/// Light that a smooth surface or its saliva mirrors onto others. `film`: mirrored fraction of diffuse light. The lamp
+/// is mirrored in one direction, often out of the mouth, so only kLampKept of it reaches others.
 inline glm::vec3 mirrored_by_film(float film, const glm::vec3& lamp, const glm::vec3& diffuse) {
   constexpr float kLampKept = 0.5f;
   return film * (kLampKept * lamp + diffuse);
 }
 
-/// Blocks and reflects diffusely. Counter-clockwise from outside; black at the back.
+/// A triangle that blocks and diffusely reflects light. Counter-clockwise seen from outside; its back is black.
 struct LitTriangle {
   std::array<glm::vec3, 3> corners;  // m, frame W, corners of the triangle
   glm::vec3 color{0.5f};             // diffuse reflectance, linear
-  // of diffuse light, reflected before it reaches the tissue
+  // Fraction of diffuse light that is mirrored before it reaches the tissue.
   float film = 0;
   std::array<glm::vec3, 3> normals{};  // unit normals of the surface at the corners
-  glm::vec3 free_path{0};              // m, red, green, blue; 0: opaque
+  glm::vec3 free_path{0};              // m, mean free path of red, green, blue light in the tissue; 0: opaque
   bool metal = false;
 
-  /// To others. `lamp`: direct light; `diffuse`: the rest.
+  /// Light that the triangle sends to others. `lamp`: direct light that arrives; `diffuse`: other light.
   glm::vec3 reflected(const glm::vec3& lamp, const glm::vec3& diffuse) const {
     return (1 - film) * color * (lamp + diffuse) + mirrored_by_film(film, lamp, diffuse);
   }
 };
 
-/// `origin`: m, W, of the vertices.
+/// Appends the triangles of bricks. `origin`: origin of their vertices in W, m.
 void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
                       const std::array<Look, kMatterCount>& looks);
 
-/// Room and lamp.
+/// Sources of light: room and lamp.
 struct LightSources {
-  /// linear radiance from a unit direction
+  /// Linear radiance of the room from a unit direction.
   std::function<glm::vec3(const glm::vec3& direction)> room;
   glm::vec3 toward_lamp{0, 0, 1};  // unit vector towards the lamp
   float lamp_half_angle = 0;       // rad, half the angle that the lamp subtends
-  /// irradiance / π, of a white surface facing the lamp
+  /// Irradiance / π of a white surface that faces the lamp.
   glm::vec3 lamp{0};
 };
-/// As in the shaders.
+/// The sources as the shaders use them.
 LightSources sources_of(const Lights& lights);
 
 class LightScene {
  public:
-  /// Rays from samples near triangles, or from the cache. `box`: m, W; `spacing`: m. `tissue_mirrors`: mirrored light
-  /// at each sample beside tissue, otherwise beside metal and at every second sample. Several threads; equal arguments,
-  /// equal results. After a request to `stop`, this and light() throw Stopped (engine/base/in_parallel.h).
+  /// Casts rays from samples near triangles. `box`, `spacing`: m. `tissue_mirrors`: computes mirrored light at each
+  /// sample beside tissue, otherwise at every second sample beside metal. After a request to `stop`, throws Stopped
+  /// (engine/base/in_parallel.h).
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors = false,
              std::stop_token stop = {});
   ~LightScene();
   LightScene(LightScene&&) noexcept;
   LightScene& operator=(LightScene&&) noexcept;
 
-  /// After `bounces` diffuse reflections. Rays to the lamp only.
+  /// Light after `bounces` diffuse reflections. Traces only to the lamp.
   LightGrid light(const LightSources& sources, int bounces = 8) const;
 
  private:
@@ -76,11 +75,12 @@ class LightScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// At p (m, W) with normal n, interpolated as in the shaders; see LightGrid::faces.
+/// Light at p (m, W) on a surface with normal n, interpolated as in the shaders; see LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
-/// From direction r, mirrored at p (m, W) with normal n, as in the shaders.
+/// Light from direction r that is mirrored at p (m, W), normal n, as in the shaders.
 glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r);
-/// Of a node of LightGrid::images: octahedral map (Engelhardt & Dachsbacher 2008), outer nodes on the edge.
+/// Direction of a node of LightGrid::images, in an octahedral map (Engelhardt & Dachsbacher 2008) whose outer nodes lie
+/// on the edge.
 glm::vec3 image_direction(const glm::ivec2& node);
 
 }  // namespace typodont::render

@@ -1,4 +1,4 @@
-// How tissues look. Colours come from the scene's materials, optics from here.
+// Appearance of tissues. Colours come from the scene's materials; this file contains the optics.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,8 @@ struct Look {
   double metal = 0;
   double wetness = 0;  // strength of the water film on the surface
   double index = 1.5;  // refractive index
-  // 1/m, reduced scattering + absorption, red, green, blue; infinite: opaque. As tests/reference/tissues.json.
+  // Reduced scattering + absorption of red, green, blue light, 1/m; infinite: opaque. Values as in
+  // tests/reference/tissues.json.
   dvec3 extinction{std::numeric_limits<double>::infinity()};
 };
 
@@ -34,7 +35,7 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   const auto scatters = [&](Tissue t, double red, double green, double blue) {
     looks[static_cast<std::size_t>(t)].extinction = 1e3 * dvec3(red, green, blue);
   };
-  // Softer caries is darker: 0.3 N/mm in the material's colour, 0.5 (nearly dentin) light brown, 0.1 nearly black.
+  // Softer caries is darker: 0.3 N/mm has the material's colour, 0.5 (nearly dentin) is light brown, 0.1 nearly black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
@@ -71,14 +72,14 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   return looks;
 }
 
-/// Dry, at normal incidence, by Fresnel; 1 for metal.
+/// Reflectance of the dry surface at normal incidence (Fresnel); 1 for metal.
 inline double dry_reflectance(const Look& look) {
   const double r = (look.index - 1) / (look.index + 1);
   return look.metal > 0.5 ? 1.0 : r * r;
 }
 
-/// Diffuse light that surface or saliva reflects; 0 for metal, whose colour contains it. The last line fits Fresnel's
-/// mean over the hemisphere for indices 1.33 to 1.5.
+/// Fraction of diffuse light that surface or saliva reflects; 0 for metal, whose colour contains it. The last line fits
+/// the hemispherical mean of Fresnel's reflectance for indices 1.33 to 1.5.
 inline double hemispherical_reflectance(const Look& look) {
   if (look.metal > 0.5) return 0;
   const double dry = dry_reflectance(look), filmed = shared::kFilmedLeast + shared::kFilmedSlope * dry,
@@ -86,14 +87,16 @@ inline double hemispherical_reflectance(const Look& look) {
   return 0.04 + 1.3 * normal;
 }
 
-/// As over() in shaders/surface.vert. `shows`: 0..1, of the lower colour.
+/// Colour of a translucent layer over another tissue, as over() in shaders/surface.vert. `shows`: visible fraction of
+/// the lower colour, 0..1.
 inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3& beneath, double shows) {
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
-/// m, red, green, blue, at this vertex; 0: opaque. Shorter in thin enamel: the tissue below scatters too.
+/// Mean free path of red, green, blue light at a vertex, m; 0: opaque. Shorter in thin enamel, because the tissue below
+/// scatters too.
 inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex& v) {
-  constexpr double kUsualEnamel = 1.2e-3;  // m, of a molar, if the vertex states none
+  constexpr double kUsualEnamel = 1.2e-3;  // m, thickness on a molar, if the vertex states none
   const Tissue outer = v.tissue[v.second > 0.5f];
   const dvec3 path = 1.0 / looks[static_cast<std::size_t>(outer)].extinction;
   const bool usual = v.under == Tissue::kAir;
@@ -103,7 +106,7 @@ inline dvec3 free_path(const std::array<Look, kMatterCount>& looks, const Vertex
   return glm::min(below + 0.5 * std::max(usual ? kUsualEnamel : static_cast<double>(v.depth), 0.02e-3), path);
 }
 
-/// sRGB, for tests and meshes without a material table.
+/// Default colours in sRGB, for tests and for meshes without a material table.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };

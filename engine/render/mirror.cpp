@@ -34,7 +34,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     m[3] = glm::dvec4(X_WM.p, 1);
     return eye.projection * eye.view * m;
   }();
-  // An octagon around the disc, projected.
+  // Projects an octagon around the disc.
   constexpr int kCorners = 8;
   const double r = 0.5 * mirror.diameter / std::cos(kPi / kCorners);
   glm::dvec2 lo(1e9), hi(-1e9);
@@ -47,7 +47,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
   }
-  // part of the disc is behind the eye: whole picture
+  // If part of the disc is behind the eye, returns the whole picture.
   if (nearest <= 1e-6) return PixelBox{0, 0, size.x, size.y};
   const glm::dvec2 scale = 0.5 * glm::dvec2(size);
   const glm::ivec2 first = glm::clamp(glm::ivec2(glm::floor((lo + 1.0) * scale)) - 1, glm::ivec2(0), size);
@@ -59,7 +59,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
 ToolMesh make_mirror_body(double diameter) {
   const double r = diameter / 2;
   ToolMesh mesh;
-  // A shallow cup, its rim slightly above the glass.
+  // The mirror's body: a shallow cup, whose rim is slightly higher than the glass.
   add_lathe(mesh,
             {{0, -1.6e-3},
              {0.55 * r, -1.5e-3},
@@ -70,7 +70,7 @@ ToolMesh make_mirror_body(double diameter) {
              {r, 0.20e-3},
              {r - 0.05e-3, 0.02e-3}},
             64, 0.20f);
-  // From behind the rim along (1, 0, 1)/√2.
+  // The handle: from behind the rim along (1, 0, 1)/√2.
   const std::size_t first = mesh.vertices.size();
   add_lathe(mesh,
             {{0, -1e-3},

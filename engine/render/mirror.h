@@ -1,4 +1,4 @@
-// A plane mirror shows the view from the eye's mirror image. Pure functions.
+// The plane mouth mirror: it shows the view from the eye's mirror image. Pure functions.
 #pragma once
 
 #include <array>
@@ -10,19 +10,20 @@
 
 namespace typodont::render {
 
-/// p ↦ p − 2 n·(p − o) n, with o the glass's middle and n its normal; its own inverse.
+/// Reflection p ↦ p − 2 n·(p − o) n (o: middle of the glass, n: its normal); its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// The view first reflects the scene: objects before the glass appear as far behind it, at its pixels.
+/// View of the reflected eye: it first reflects the scene, so objects in front of the glass appear as far behind it, at
+/// the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// Only objects before the glass: dot(plane, (p, 1)) ≥ 0.
+/// Clip plane: only objects in front of the glass fulfil dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// Contains the glass's pixels; empty if out of view or from behind.
+/// Box that contains the glass's pixels; nullopt if it is not visible, or seen from behind.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
-/// Rim, stem and handle, in frame M.
+/// Mesh of rim, stem and handle in frame M.
 ToolMesh make_mirror_body(double diameter);
 
 }  // namespace typodont::render

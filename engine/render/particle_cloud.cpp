@@ -72,7 +72,7 @@ void ParticleCloud::suck(const glm::dvec3& p_W, double flow, double radius) {
 void ParticleCloud::advance(double dt) {
   time_ += dt;
   if (count_ > 0 || shown_ > 0) pending_ += dt;
-  // At the end of their lifetime, but not before they reached the GPU.
+  // Removes particles at the end of their lifetime, but not before they have reached the GPU.
   while (!cohorts_.empty() && time_ - cohorts_.front().born_at >= law_.lifetime &&
          count_ - cohorts_.front().count >= born_.size()) {
     first_ = (first_ + cohorts_.front().count) % law_.capacity;

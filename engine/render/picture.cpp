@@ -32,7 +32,7 @@ Picture scaled_to(const Picture& picture, glm::ivec2 size) {
   const glm::dvec2 step = glm::dvec2(picture.size) / glm::dvec2(size);
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
-      // Pixel centres are at half-integers.
+      // Pixel centres have half-integer coordinates.
       const glm::dvec2 at =
           glm::clamp((glm::dvec2(x, y) + 0.5) * step - 0.5, glm::dvec2(0), glm::dvec2(picture.size - 1));
       const glm::ivec2 low = at, high = glm::min(low + 1, picture.size - 1);

@@ -1,4 +1,4 @@
-// A picture on the host, and PNG files.
+// A picture in main memory, and PNG files.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ struct Picture {
   }
 };
 
-/// Bilinear, as the screen enlarges a lower level's pictures.
+/// Scales bilinearly, as the screen enlarges pictures of a lower quality level.
 Picture scaled_to(const Picture& picture, glm::ivec2 size);
-/// Opaque, completely or not at all. Throws Error.
+/// Writes an opaque PNG file, completely or not at all. Throws Error.
 void write_png(const std::filesystem::path& file, const Picture& picture);
-/// Throws Error if unreadable.
+/// Reads a PNG file. Throws Error if this is impossible.
 Picture read_png(const std::filesystem::path& file);
 
 }  // namespace typodont::render

@@ -18,7 +18,7 @@ const font::Glyph& glyph_of(char c) {
   return *question;
 }
 
-/// 0 to 1 at p (pixels of the atlas); 0.5 at a letter's edge.
+/// Value of the font's distance field at p (pixels of the atlas), 0 to 1; 0.5 at the edge of a letter.
 double sampled(glm::dvec2 p) {
   const auto pixel = [](int x, int y) {
     x = std::clamp(x, 0, font::kWidth - 1);
@@ -42,7 +42,7 @@ double text_width(std::string_view text, double height) {
 
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
-  // Edges take ten pixels of the atlas (bake_font) and should take one of the picture.
+  // The edge of a letter takes ten pixels of the atlas (bake_font), and should take one pixel of the picture.
   const double steep = 10.0 * s;
   for (const char c : text) {
     const font::Glyph& g = glyph_of(c);

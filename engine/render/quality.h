@@ -1,4 +1,4 @@
-// From the best picture to one that software rendering draws in time.
+// Levels of quality, from the best picture to one that software rendering draws in time.
 #pragma once
 
 #include <array>
@@ -12,19 +12,19 @@ struct Quality {
   int shadow_map = 2048;  // texels; 0: no shadow, occlusion or handpiece
   int shadow_taps = 16;
   int occlusion_taps = 16;
-  bool light_per_vertex = false;  // shadow and occlusion, instead of per pixel
-  double scale = 1.0;             // drawn / shown width; below 1 stretched
-  // drawn pixels from the surface (engine/app/picture/detail.h)
+  bool light_per_vertex = false;  // computes shadow and occlusion per vertex instead of per pixel
+  double scale = 1.0;             // drawn width / shown width; below 1, pictures are stretched
+  // Largest error of the surface, drawn pixels (engine/app/picture/detail.h).
   double surface_error = 0.4;
-  double handpiece_side = 0.5e-3;  // m, of triangles
-  // Light inside tissue (tissue_light.h) is computed once, at the first frame's level.
+  double handpiece_side = 0.5e-3;  // m, side of the handpiece's triangles
+  // Parameters of the light inside tissue (tissue_light.h), which is computed once, at the first frame's level.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // random walks from each cell
-  // Light between bodies (light_scene.h), at the same time: mirrored light at each sample beside wet tissue.
+  // Light between bodies (light_scene.h), computed at the same time: mirrored light at each sample beside wet tissue.
   bool tissue_mirrors = false;
 };
 
-/// Best first.
+/// The levels, best first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, 0.15e-3, 192, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3},

@@ -25,8 +25,8 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
-constexpr double kFullRedrawFraction = 0.8;   // of the picture; more: all is redrawn
-constexpr std::size_t kMostTracked = 20'000;  // more are not tracked one by one
+constexpr double kFullRedrawFraction = 0.8;   // fraction of the picture above which all is redrawn
+constexpr std::size_t kMostTracked = 20'000;  // largest number of particles that are tracked one by one
 
 }  // namespace
 
@@ -36,7 +36,7 @@ struct Renderer::Impl {
   std::array<Look, kMatterCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // per frame in flight: scene, reflected scene
+  gpu::ShaderInputs inputs;  // per frame in flight: scene, and reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -57,16 +57,16 @@ struct Renderer::Impl {
   BrickStore bricks;
   TexelStore<FilmTexel> film;
   VolumeImage light;                       // LightGrid::faces; without a grid one empty texel
-  LightGrid light_grid;                    // `faces` is empty: it is in `light` only
+  LightGrid light_grid;                    // its member `faces` is empty, because only `light` contains it
   VolumeImage images;                      // LightGrid::images; without a grid one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
   std::uint64_t bounds_version = 0;        // bricks' version of `bounds`
 
-  // Equal to the new frame's: nothing has moved.
+  // State of the last frame. If the new frame's state is equal, nothing has moved.
   int last_views = 0;
   shared::FrameData last_data{};
-  glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
+  glm::vec4 frame_lamp{0};  // FrameData::lamp of the current frame
   ToolState last_tool;
   MouthMirror last_mirror;
   SuctionTip last_tip;
@@ -74,8 +74,8 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  ShadowMapBox undrawn_shadow;  // changed in frames that did not draw the map
-  // To redraw; changed by particles only; covered by particles.
+  ShadowMapBox undrawn_shadow;  // changes in frames in which the map was not drawn
+  // Tiles to redraw; tiles that only particles changed; tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
@@ -125,7 +125,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Outside the map: no shadow.
+    // Outside the shadow map, there is no shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -135,7 +135,7 @@ struct Renderer::Impl {
     timer = FrameTimer::create(device);
   }
 
-  /// They depend on samples, views and quality.
+  /// Destroys the pipelines, which depend on samples, views and quality.
   void destroy_passes() {
     surface.destroy(device);
     tool.destroy(device);
@@ -176,9 +176,9 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// The shaders leave out the others.
+  /// Effects that this frame needs; shaders omit all others.
   SurfaceEffects effects(const Frame& frame) const {
-    // The grid has no light inside bodies.
+    // The light grid contains no light inside bodies.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
     return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
@@ -203,13 +203,13 @@ struct Renderer::Impl {
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// k: scene, kSlots + k: reflected scene, for frame in flight k.
+  /// Fills descriptor set i. Index k: scene of frame in flight k; kSlots + k: its reflected scene.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    // Without a mirror, the shadow map, which no shader reads here.
+    // Without a mirror, binds the shadow map, which no shader reads here.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
     inputs.fill(device, i, 4, beyond_film, film.image.view);
     inputs.fill(device, i, 5, linear, light.view);
@@ -217,7 +217,7 @@ struct Renderer::Impl {
     inputs.fill(device, i, 7, linear, images.view);
   }
 
-  /// `texels`: 0: one empty. `texel(i)`: packed, of `count`.
+  /// Uploads a grid of `texels` per axis; 0: one empty texel. `texel(i)`: packed value of texel i of `count`.
   template <class Texel>
   void upload(VolumeImage& image, const glm::ivec3& texels, std::size_t count, const Texel& texel) {
     image.create(device, count > 0 ? texels : glm::ivec3(1), kLightFormat);
@@ -309,7 +309,7 @@ struct Renderer::Impl {
     tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
   }
 
-  /// Reflected eyes, and only what is before the glass.
+  /// The frame as seen in the mirror: reflected eyes, and only objects in front of the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
@@ -319,14 +319,14 @@ struct Renderer::Impl {
 
   enum class Changed { kNothing, kParts, kAll };
 
-  /// Into `tiles` and, for particles, `over_tiles`, unless all changed.
+  /// Marks changed parts in `tiles` and, for particles, in `over_tiles`, unless all has changed.
   Changed mark_changed(const shared::FrameData& data, const Frame& frame, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // Too many to track: the whole picture.
+      // If there are too many particles to track, marks the whole picture.
       if (frame.particles.size() > kMostTracked)
         particles_now[e].mark_all();
       else
@@ -338,12 +338,12 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // Fog shows only in the glass, whose tiles are marked anyway.
+    // The mirror's fog is visible only in its glass, whose tiles are marked anyway.
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // All for headsets, whose eyes always move; for glass, which needs an order; for GPU particles, whose place the CPU
-    // does not know.
+    // Redraws all for headsets, whose eyes always move; for bodies of glass, which must be drawn in order; and for
+    // particles on the GPU, whose positions the CPU does not know.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -381,7 +381,7 @@ struct Renderer::Impl {
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
       tissue_light.mark(clip_from_world, drawn, tiles[e]);
-      // the glass may show any change
+      // The glass may show any change, so its tiles are always marked.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -389,7 +389,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
       return fraction;
     };
-    // One pass for both eyes averages the whole picture.
+    // A common pass for both eyes averages the samples of the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);
@@ -404,7 +404,7 @@ struct Renderer::Impl {
     return part;
   }
 
-  /// Per eye, in the glass's area.
+  /// Draws the reflected scene for each eye, in the area of the glass.
   void draw_reflection(VkCommandBuffer commands, const Frame& mirrored,
                        const std::array<std::optional<PixelBox>, 2>& glass, int slot, FrameStats& stats) {
     const VkExtent2D extent = targets.pictures.options.size;
@@ -438,7 +438,7 @@ struct Renderer::Impl {
     stats.mirror_triangles = seen.triangles;
   }
 
-  /// The lowest level draws none.
+  /// Makes the handpiece's mesh; the lowest quality level draws none.
   void make_handpiece() {
     const bool shown = context.quality.shadow_map > 0;
     handpiece_body.set(device, make_handpiece_mesh(shown ? handpiece : Handpiece{}, context.quality.handpiece_side));
@@ -450,10 +450,10 @@ struct Renderer::Impl {
     push_view(commands, context.layout, view);
   }
 
-  /// Before the tissue: what it hides is not shaded.
+  /// Draws the handpiece before the tissue, so that hidden tissue is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // It would hide the working point: left out in a cone from the eye, with the head's radius plus kSeenBeside (m)
-    // there.
+    // The handpiece would hide the working point. So it is left out in a cone from the eye, whose radius at the working
+    // point is that of the head plus kSeenBeside (m).
     constexpr double kSeenBeside = 2.2e-3;
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
@@ -466,7 +466,7 @@ struct Renderer::Impl {
     const auto views = static_cast<std::size_t>(frame.views);
 
     prepare_tip(frame.suction);
-    // What changed.
+    // Finds what has changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
@@ -486,7 +486,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Blended over the stored scene: if a tile that they cover is redrawn, all are.
+        // Particles are blended over the stored scene. So if one tile that they cover is redrawn, all tiles with
+        // particles are.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
@@ -515,7 +516,7 @@ struct Renderer::Impl {
     write_set(own);
     timer.begin(commands, slot);
 
-    // After a change of bodies or lamp, in the affected part.
+    // Redraws the affected part of the shadow map after a change of bodies or lamp.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
@@ -560,7 +561,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // A partial redraw needs black, too: old pixels are there.
+      // A partial redraw needs the background even if it is black, to replace old pixels.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
@@ -574,7 +575,7 @@ struct Renderer::Impl {
     timer.end(commands, slot);
   }
 
-  /// Over the restored parts.
+  /// Draws the particles over the restored parts.
   void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
                 FrameStats& stats) {
     targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);

@@ -1,5 +1,5 @@
-// Filled by C++, read by shaders, declared once. Only vec4, ivec4 and mat4, which both lay out alike.
-// GL_GOOGLE_include_directive.
+// Data that C++ fills and shaders read, declared once. Contains only vec4, ivec4 and mat4, whose memory layout is equal
+// in both languages. Needs GL_GOOGLE_include_directive.
 #ifdef __cplusplus
 #pragma once
 #include <glm/glm.hpp>
@@ -9,64 +9,64 @@ using glm::vec3;
 using glm::vec4;
 #endif
 
-// Lamp and room. `typodont render` writes them to frame.json for the reference pictures.
+// Lamp and room. `typodont render` writes these values to frame.json for the reference pictures.
 const float kLampHalfAngle = 0.12f;                // rad, half the lamp's angle at the tissue
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // colour of the lamp's light, linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
 const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
 
-// LightGrid: directions in which a surface can face
+// Number of directions in which a surface can face in a LightGrid.
 const int kLightDirections = 6;
-// Nodes per side of the octahedral map; one is about 17°.
+// Nodes per side of the octahedral map; the distance of two nodes is about 17°.
 const int kImageSide = 11;
 
-// Reflectance under saliva (index 1.33) at normal incidence: kFilmedLeast + kFilmedSlope × dry. Fits Fresnel at both
-// surfaces for 1.37 to 1.63 within 0.001.
+// Reflectance under saliva (index 1.33) at normal incidence: kFilmedLeast + kFilmedSlope × dry reflectance. Fits
+// Fresnel's formula at both surfaces within 0.001 for indices 1.37 to 1.63.
 const float kFilmedLeast = 0.0116f, kFilmedSlope = 0.32f;
 
-// set 0, binding 0
+// Uniform data of a frame: set 0, binding 0.
 struct FrameData {
   mat4 clip_from_world[2];
   vec4 eye[2];  // xyz: position of each eye, m, frame W
-  // W to the map; xy: 0..1; z: 0..1 away from the lamp
+  // From W to the shadow map; xy: 0..1; z: 0..1, away from the lamp.
   mat4 light_from_world;
-  /// m: width, depth, texel; w: 1 if there is a map
+  /// Shadow map: width, depth, texel size, m; w: 1 if there is a map.
   vec4 light_size;
   vec4 key;           // unit vector to the lamp; w: strength
   vec4 up;            // unit vector to the ceiling; w: the room's strength
   vec4 window;        // unit vector to the reflected window
-  vec4 tool_head;     // head's centre, m, W; w: radius, m; 0: no tool
-  vec4 tool_end;      // shank's far end, m; w: radius, m
-  vec4 tool_motion;   // x: spindle, rad; y: motion blur, 0 .. 1
+  vec4 tool_head;     // centre of the tool's head, m, W; w: radius, m; 0: no tool
+  vec4 tool_end;      // far end of the shank, m, W; w: radius, m
+  vec4 tool_motion;   // x: angle of the spindle, rad; y: motion blur, 0..1
   vec4 background;    // x: 1 gradient, 0 black; w: opacity
-  vec4 picture;       // xy: a pixel in clip space
-  vec4 clip;          // dot(clip.xyz, p) + clip.w > 0 is drawn; 0 0 0 1: all
-  vec4 section;       // the same for tissue only
-  vec4 cursor;        // start of the line, m; w: ring's radius, m; 0: none
+  vec4 picture;       // xy: size of a pixel in clip space
+  vec4 clip;          // points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: all
+  vec4 section;       // as clip, but only for tissue
+  vec4 cursor;        // start of the cursor's line, m, W; w: radius of the ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the cursor's line
   vec4 mirror;        // mouth mirror: radius, m; fog; 1 / magnification
-  vec4 handpiece[4];  // its shadow: head a, b, body a, b; m; w: radius, m
-  // x: half width / distance; y: soft border, m; zw: half the spot, m
+  vec4 handpiece[4];  // shadow of the handpiece: head a, head b, body a, body b, m, W; w: radius, m
+  // x: half width / distance of the lamp; y: soft border of the spot, m; zw: half size of the spot, m.
   vec4 lamp;
-  vec4 lamp_middle;       // of the spot, m, W
+  vec4 lamp_middle;       // middle of the spot, m, W
   vec4 lamp_right;        // unit vector along the spot's width
-  vec4 tissue_color[16];  // by contract/tissue.h, drawn_matter.h: linear; w: translucency
-  // roughness; dry reflectance at normal incidence, 1: metal; wetness; 1 if in the TissueLightGrid
+  vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
+  // Roughness; dry reflectance at normal incidence, 1: metal; wetness; 1 if in the TissueLightGrid.
   vec4 tissue_look[16];
-  vec4 film_origin;          // first sample, m, W; w: samples per m
-  vec4 film_size;            // samples per axis
+  vec4 film_origin;          // film: first sample, m, W; w: samples per m
+  vec4 film_size;            // film: number of samples per axis
   vec4 light_origin;         // LightGrid: first sample, m, W; w: samples per m
-  vec4 light_samples;        // samples per axis
+  vec4 light_samples;        // LightGrid: number of samples per axis
   vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, W; w: cells per m
-  vec4 tissue_light_cells;   // cells per axis
+  vec4 tissue_light_cells;   // TissueLightGrid: number of cells per axis
 };
 
-// push constants of an object
+// Push constants of an object.
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: eye, if each has its pass; y: fraction of pixels not drawn; z: m, at the working point, of the cone without
-  // handpiece
+  // x: eye, if each eye has its own pass; y: fraction of pixels that are not drawn; z: radius of the cone without
+  // handpiece at the working point, m.
   vec4 view;
 };
 

@@ -10,9 +10,9 @@ namespace typodont::render {
 
 namespace {
 
-/// And displaced to its shadow's end.
+/// Corners of a box, and the corners displaced to the end of its shadow.
 std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
-  constexpr double kShadow = 2;  // in diagonals of the box
+  constexpr double kShadow = 2;  // length of the shadow, in diagonals of the box
   const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
   std::array<glm::dvec4, 16> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -22,7 +22,7 @@ std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec
   return corners;
 }
 
-/// False: all outside one frustum plane, or behind the plane.
+/// Returns false if all corners are outside one plane of the frustum, or behind `plane`.
 bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
   const auto beyond = [&](const glm::dvec4& side) {
     return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  // m; an eye may be inside the box
+  // Smallest distance, m: an eye may be inside the box.
   constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {
@@ -61,7 +61,7 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                                                      corner & 4 ? box.hi.z : box.lo.z, 1))
                                       .w);
-    // m that the picture shows at `closest`
+    // Width that the picture shows at the distance `closest`, m.
     const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);
     least = std::min(least, wide / pixels_across);
   }

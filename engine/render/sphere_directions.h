@@ -1,4 +1,4 @@
-// Along which a mouth's light is followed.
+// Directions along which the light in a mouth is followed.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace typodont::render {
 
-/// Unit vectors, evenly over the sphere (Fibonacci's spiral).
+/// Unit vectors, distributed evenly over the sphere (Fibonacci's spiral).
 template <std::size_t kCount>
 std::array<glm::vec3, kCount> sphere_directions() {
   std::array<glm::vec3, kCount> all;

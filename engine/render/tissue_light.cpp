@@ -24,25 +24,26 @@ namespace {
 constexpr int kRays = 24;     // rays from each cell at a surface, which find the light of other surfaces
 constexpr int kLampRays = 6;  // rays from each cell to the lamp
 constexpr int kBounces = 6;   // diffuse reflections between surfaces inside the box
-// m; distance from the surface up to which a cell knows its distance. It is at least 1.75 edges of a cell, so that
-// every way through a surface meets such a cell, and it is larger than the gaps between the triangles of gum and teeth.
+// Distance (m) from the surface up to which a cell knows its distance. Every path through a surface must meet such a
+// cell; kLeastBand: at least 1.75 cell edges.
 constexpr float kBand = 0.525e-3f, kLeastBand = 1.75f;
-// in cell edges; a cell that is nearer than this to the surface belongs to the surface and computes its light
+// Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
-// Rays cross empty space in steps of whole blocks. kBlock: cells along the edge of a block; kMostClear: blocks that one
-// step crosses at most.
+// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMostClear: most blocks in one
+// step.
 constexpr int kBlock = 8;
 constexpr std::uint8_t kMostClear = 8;
-// m, distance up to which the surface at the end of a ray or of a walk is searched
+// Distance up to which the surface at the end of a ray or walk is searched, m.
 constexpr float kSearched = 0.3e-3f;
-constexpr float kLeastStep = 45e-6f;  // m, of a ray and of a random walk, beside a surface
-constexpr float kLongestRay = 8e-3f;  // m; beyond this distance the light of the LightGrid is used
+constexpr float kLeastStep = 45e-6f;  // m, smallest step of rays and random walks
+constexpr float kLongestRay = 8e-3f;  // m; beyond it, the light of the LightGrid is used
 constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
 constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
 constexpr int kGathered = 4;  // cells that find their arriving light in the time in which one follows its random walks
-constexpr std::int32_t kNone = -1, kFree = -2;  // instead of the index of an element: none; a ray leaves the box
-constexpr int kMostSteps = 200;                 // of a random walk; a walk rarely needs more than 30
+// Values instead of an element's index. kNone: there is none; kFree: the ray leaves the box.
+constexpr std::int32_t kNone = -1, kFree = -2;
+constexpr int kMostSteps = 200;  // most steps of a walk; it rarely needs 30
 
 constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".light";
@@ -109,14 +110,14 @@ glm::vec2 spread(int i, float u, float v) {
   return p - glm::floor(p);
 }
 
-/// A surface that a cell is near to.
+/// Surface near a cell.
 struct Element {
   std::size_t cell = 0;
   glm::vec3 p{0}, n{0, 0, 1};  // m, frame W: point of the surface that is nearest to the cell, and its normal
   glm::vec3 color{0};          // diffuse reflectance of the tissue
   glm::vec3 path{0};           // m, mean free path for red, green and blue light; 0: opaque
   float film = 0;              // fraction of diffuse light that the surface mirrors
-  // irradiance divided by π: direct light of the lamp, and all light
+  // Irradiance divided by π: direct light of the lamp, and all light.
   glm::vec3 lamp{0}, arrives{0};
   glm::vec4 leaves{0};  // value of the cell in the grid (TissueLightGrid::values)
 };
@@ -139,22 +140,21 @@ struct TissueLight::Impl {
   LightSources sources;
   LightGrid far;
 
-  // Distance (m) of each cell to the nearest surface, negative inside a body, limited to `band`: to the static
-  // bodies, to the working tooth, to the working tooth when its cells last got light, and to all bodies at that time.
+  // Distance of each cell to the nearest surface, m, negative inside a body, limited to `band`: of the static bodies;
+  // of the working tooth; of the working tooth when its cells last got light; of all bodies at that time.
   std::vector<float> fixed, tooth, lit_tooth, distance;
-  // The same distance to the hard and to the soft ones of the static bodies, and to the body that add_fixed() adds; the
-  // latter is `band` everywhere between two calls. `in_hard` of each cell: whether it belongs
-  // to a hard body; where two bodies overlap, as a root and the gum, it belongs to the hard one.
+  // Distance of each cell to the hard and soft static bodies, and to the body of add_fixed(). `in_hard`: the cell
+  // belongs to a hard body, also where it overlaps a soft one.
   std::vector<float> hard_fixed, soft_fixed, added;
   std::vector<std::uint8_t> in_hard;
-  // of each cell: the nearest triangle of the static bodies; null if it is farther away than `band`
+  // For each cell: nearest triangle of the static bodies; null if it is farther than `band`.
   std::vector<const LitTriangle*> fixed_nearest;
-  // of each block of kBlock³ cells: how many blocks away the nearest block is in which a cell is nearer than `band` to
-  // a surface, at most kMostClear
+  // For each block of kBlock³ cells: distance in blocks to the nearest block with a cell nearer than `band` to a
+  // surface, at most kMostClear.
   std::vector<std::uint8_t> clear;
-  std::vector<std::uint8_t> near_surface;  // of each block: 1 if a cell is nearer than `band` to a surface
+  std::vector<std::uint8_t> near_surface;  // for each block: 1 if a cell is nearer than `band` to a surface
   glm::ivec3 blocks{0};
-  std::vector<std::int32_t> element_of;  // of each cell: its index in `elements`, or kNone
+  std::vector<std::int32_t> element_of;  // for each cell: its index in `elements`, or kNone
   std::vector<Element> elements;
   std::vector<std::int32_t> unused;  // indices of `elements` that no cell uses any more
   std::deque<std::vector<LitTriangle>> fixed_triangles;
@@ -162,15 +162,15 @@ struct TissueLight::Impl {
     CellBox box;  // the cells whose distance the brick's triangles can determine
     std::vector<LitTriangle> triangles;
   };
-  std::unordered_map<std::uint64_t, Brick> bricks;  // of the working tooth
+  std::unordered_map<std::uint64_t, Brick> bricks;  // bricks of the working tooth
   bool lit = false;                                 // true after the first call of light()
-  std::vector<CellBox> moved;                       // boxes of the cells of bricks that were replaced since then
-  // Cells whose light must be computed again, in the order of their turn: new parts of the surface; cells whose
-  // arriving light changed; and cells whose arriving light is known, but not the light that leaves them.
+  std::vector<CellBox> moved;                       // cell boxes of the bricks that were replaced since then
+  // Cells whose light must be computed again, in order: new parts of the surface; cells whose arriving light changed;
+  // cells whose arriving light is known, but not the leaving light.
   std::vector<std::size_t> fresh;
   std::deque<std::size_t> gathering, walking;
   static constexpr std::uint8_t kForLight = 1, kForWalk = 2, kListed = 3;
-  std::vector<std::uint8_t> waits;  // of each cell: 0, or the list in which it waits
+  std::vector<std::uint8_t> waits;  // for each cell: 0, or its waiting list
 
   std::size_t index(const glm::ivec3& i) const {
     return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(grid.size.y) + static_cast<std::size_t>(i.y)) *
@@ -233,12 +233,12 @@ struct TissueLight::Impl {
             glm::ivec3(glm::floor(glm::clamp(high, glm::vec3(-1), last)))};
   }
 
-  // of each cell of the box that measure() computed last: the nearest triangle, or null; whether its sign is known
+  // For each cell of the box that measure() computed last: nearest triangle, or null; whether its sign is known.
   std::vector<const LitTriangle*> nearest;
   std::vector<std::uint8_t> known;
 
-  /// Computes the distances of the cells in `box` to the surface of one body, and the nearest triangles. A cell that
-  /// is more than `band` away from all triangles gets its sign from the cells beside it.
+  /// Computes distances of the cells in `box` to the surface of one body, and the nearest triangles. A cell farther
+  /// than `band` from all triangles gets its sign from its neighbours.
   void measure(std::span<const std::span<const LitTriangle>> parts, const CellBox& box, std::vector<float>& result) {
     each_cell(box,
               [&](const glm::ivec3& i) { nearest[index(i)] = nullptr, result[index(i)] = band, known[index(i)] = 0; });
@@ -273,8 +273,8 @@ struct TissueLight::Impl {
         result[at] = -result[at];
       known[at] = 1;
     });
-    // Cells that are far from the surface form connected parts of space. The cells beside a part decide by majority
-    // whether it is inside the body, because at a sharp edge the sign of a single cell can be wrong.
+    // Cells far from the surface form connected regions. The cells beside a region decide by majority whether it is
+    // inside, because at a sharp edge the sign of a single cell can be wrong.
     std::vector<std::size_t> part;
     each_cell(box, [&](const glm::ivec3& first) {
       if (known[index(first)]) return;
@@ -334,7 +334,7 @@ struct TissueLight::Impl {
       elements.emplace_back();
     }
     Element& set = elements[static_cast<std::size_t>(own)];
-    const glm::vec4 leaves = set.leaves;  // until its light is computed
+    const glm::vec4 leaves = set.leaves;  // stays until the new light is computed
     set = e;
     set.leaves = leaves;
   }
@@ -370,8 +370,8 @@ struct TissueLight::Impl {
     const float hard = std::min(lit_tooth[at], hard_fixed[at]);
     in_hard[at] = hard < 0 || hard < soft_fixed[at];
   }
-  /// Chooses the nearest surface of a cell, which belongs to the working tooth or to a static body. `triangle`: the
-  /// nearest triangle of the working tooth, or null.
+  /// Chooses the nearest surface of a cell, on the working tooth or a static body. `triangle`: nearest triangle of the
+  /// working tooth, or null.
   void choose(std::size_t at, const LitTriangle* triangle) {
     const bool of_tooth = lit_tooth[at] < fixed[at];
     distance[at] = of_tooth ? lit_tooth[at] : fixed[at];
@@ -396,8 +396,8 @@ struct TissueLight::Impl {
     }
   }
 
-  /// Finds the surface of the working tooth again where its bricks were replaced. Cells whose distance to the surface
-  /// changed wait for their new light, and all cells nearby, whose light comes from the same tissue.
+  /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed, and all cells
+  /// nearby (their light comes from the same tissue), wait for new light.
   void follow_tooth() {
     constexpr std::size_t kMostBoxes = 64;  // with more boxes, it is faster to measure them as one box
     if (moved.size() > kMostBoxes) {
@@ -409,7 +409,7 @@ struct TissueLight::Impl {
     for (const CellBox& box : std::exchange(moved, {})) changed.take(follow_tooth(box));
     if (lit && !changed.empty()) find_clear_blocks(changed);
   }
-  /// Does the same for one box of cells. Returns the box of the cells whose distance changed.
+  /// Measures one box of cells. Returns the box of the cells whose distance changed.
   CellBox follow_tooth(const CellBox& box) {
     std::vector<std::span<const LitTriangle>> parts;
     for (const auto& [number, brick] : bricks)
@@ -439,12 +439,12 @@ struct TissueLight::Impl {
     return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
   }
 
-  /// Returns the cell of the grid that contains the point q (in cells), or the nearest cell up to `last`. The point is
-  /// limited before it is rounded, because then a conversion rounds it down, which takes less time than std::floor.
+  /// Returns the cell that contains the point q (in cells), or the nearest cell up to `last`. After the clamping, a
+  /// conversion rounds down, which is faster than std::floor.
   static glm::ivec3 cell_below(const glm::vec3& q, const glm::ivec3& last) {
     return glm::ivec3(glm::min(glm::max(glm::vec3(0), q), glm::vec3(last)));
   }
-  /// Returns the cell whose centre is nearest to q (in cells).
+  /// Returns the cell with the centre nearest to q (cells).
   glm::ivec3 cell_nearest(const glm::vec3& q) const {
     const glm::vec3 inside = glm::min(glm::max(glm::vec3(0), q), glm::vec3(grid.size - 1));
     const glm::ivec3 below(inside);
@@ -474,8 +474,8 @@ struct TissueLight::Impl {
       near_surface[block(b)] = near;
     });
     for (std::size_t b = 0; b < clear.size(); ++b) clear[b] = near_surface[b] ? 0 : kMostClear;
-    // The number of blocks is the largest of the numbers along the three axes, so it is found along one axis at a time,
-    // first in ascending and then in descending order.
+    // The distance in blocks is the largest of those along the axes, so it is found along one axis at a time, in
+    // ascending and then in descending order.
     for (int axis = 0; axis < 3; ++axis) {
       for (const int by : {1, -1}) {
         each_cell({glm::ivec3(0), blocks - 1}, [&](glm::ivec3 b) {
@@ -493,8 +493,8 @@ struct TissueLight::Impl {
     return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= static_cast<float>(grid.size.x - 1) &&
            q.y <= static_cast<float>(grid.size.y - 1) && q.z <= static_cast<float>(grid.size.z - 1);
   }
-  /// Returns the element at a point of the surface, in cells, or kNone if no surface is within kSearched, or within the
-  /// edge of a cell.
+  /// Returns the element at a point of the surface (in cells), or kNone if no surface is within kSearched or a cell
+  /// edge.
   std::int32_t element_at(const glm::vec3& q) const {
     const glm::vec3 p = origin + spacing * q;
     const float reach = std::max(kSearched, spacing);
@@ -510,9 +510,8 @@ struct TissueLight::Impl {
       const std::int32_t other = element_of[index(low + glm::ivec3(k & 1, (k >> 1) & 1, k >> 2))];
       if (is_near(other)) return other;
     }
-    // The distances of some cells have the wrong sign, for example beside the border of an open mesh or beside a folded
-    // triangle. A ray or a walk that ends at such a cell ends at the nearest surface instead. Without this rule, the
-    // program would lose the light of one ray in thirty, and of one walk in seven in the gum.
+    // The sign of some cells is wrong, for example beside a folded triangle. A ray or walk that ends there ends at the
+    // nearest surface instead, so that its light is not lost.
     std::int32_t best = kNone;
     const int most = static_cast<int>(std::ceil(kSearched / spacing));
     for (int around = 1; best == kNone && around <= most; ++around) {
@@ -525,7 +524,7 @@ struct TissueLight::Impl {
     }
     return best;
   }
-  /// Returns the way (m) from a point of the box (in cells) along a direction to the border of the box.
+  /// Returns the distance (m) from a point of the box (in cells) along a direction to the border of the box.
   float way_to_border(const glm::vec3& q, const glm::vec3& direction) const {
     float way = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
@@ -535,8 +534,8 @@ struct TissueLight::Impl {
     }
     return std::max(way, 0.0f) * spacing;
   }
-  /// Follows a ray outside the bodies. `q`: start in cells, in the box; on return, the end. Returns the element that
-  /// the ray meets, or kFree if it meets none within `longest` (m) or leaves the box.
+  /// Follows a ray outside the bodies. `q`: start in cells; on return, the end. Returns the element that the ray meets,
+  /// or kFree if it meets none within `longest` (m) or leaves the box.
   std::int32_t follow_outside(glm::vec3& q, const glm::vec3& direction, float longest) const {
     const float all = std::min(longest, way_to_border(q, direction));
     const glm::vec3 start = q, along = direction / spacing;
@@ -554,8 +553,8 @@ struct TissueLight::Impl {
     return kFree;
   }
 
-  /// The end of a random walk: the element at which it leaves the tissue, and its weight for each colour of light. The
-  /// weights are stored in ten bits each, because a large grid has tens of millions of walks.
+  /// End of a random walk: the element where it leaves the tissue, and its weight for each colour. Weights have ten
+  /// bits each, because a large grid has tens of millions of walks.
   struct Exit {
     static constexpr float kMost = 3, kSteps = 1023;  // largest weight, and the number of steps up to it
     std::int32_t element = kNone;
@@ -568,21 +567,19 @@ struct TissueLight::Impl {
       return glm::vec3(glm::uvec3(packed, packed >> 10, packed >> 20) & 1023u) * (kMost / kSteps);
     }
   };
-  /// Follows one random walk from an element through the tissue until it leaves the tissue. `albedo`: of the tissue,
-  /// for red, green and blue light (scattering_albedo()); `first`, `length`: direction and length (in mean free paths)
-  /// of the first step. The free path of one colour of light determines the steps; the weights correct the other
-  /// colours (balance heuristic, Veach & Guibas 1995).
+  /// Follows one random walk from an element until it leaves the tissue. `first`, `length`: direction and length (mean
+  /// free paths) of the first step. One colour determines the steps; weights correct the others (Veach & Guibas 1995).
   Exit walk(const Element& e, const glm::vec3& albedo, int leading, const glm::vec3& first, float length,
             SplitMix64& random) const {
     const StepTables& tables = step_tables();
     const float survives = std::max({albedo.x, albedo.y, albedo.z});
     glm::vec3 q = (e.p - e.n * (0.01f * spacing) - origin) / spacing, direction = first;
     float d = distance_at(q), total = 0;  // m; total: length of the walk
-    bool astray = false;  // true in a region that counts as outside without a surface nearby: its sign is wrong
+    bool astray = false;  // true in a region that counts as outside, but has no surface nearby: its sign is wrong
     for (int scattered = 0; scattered < kMostSteps; ++scattered) {
       const float left = length * e.path[leading];
       // The first step leaves the surface, where the interpolated distance may not be negative yet. A walk that is
-      // outside at the end of a step has left the tissue before it could be scattered there.
+      // outside after a step has left the tissue before it could be scattered.
       std::int32_t met = kNone;
       float done = 0;
       for (;;) {
@@ -604,8 +601,8 @@ struct TissueLight::Impl {
       if (met != kNone) {
         if (in_hard[elements[static_cast<std::size_t>(met)].cell] != in_hard[e.cell]) return {};
         Exit exit{met};
-        // The density with which each colour's free path gives this walk, relative to the largest of the three. It is
-        // computed from logarithms, because the densities of a long walk may be too large or too small for a float.
+        // Probability density of this walk for each colour, relative to the largest one. Computed from logarithms,
+        // because densities of long walks may exceed the range of float.
         glm::vec3 density;
         for (int c = 0; c < 3; ++c)
           density[c] = static_cast<float>(scattered) * std::log(e.path[leading] / e.path[c]) +
@@ -615,8 +612,8 @@ struct TissueLight::Impl {
         exit.set(glm::pow(albedo / survives, glm::vec3(static_cast<float>(scattered))) * density / mean);
         return exit;
       }
-      // Light that passes from a tooth into the gum counts as lost, because the gum absorbs most of it. Light that
-      // passes from the gum into a tooth is lost unless it comes back.
+      // Light from a tooth into the gum counts as lost, because the gum absorbs most of it. Light from the gum into a
+      // tooth is lost unless it comes back.
       if (in_hard[e.cell]) {
         const std::size_t cell = index(cell_nearest(q));
         if (!in_hard[cell] && distance[cell] < 0) return {};
@@ -629,8 +626,8 @@ struct TissueLight::Impl {
     return {};
   }
 
-  /// Computes the light that arrives at an element from the lamp and from outside the box. `met`: kRays elements that
-  /// the rays towards other surfaces meet, or kFree or kNone.
+  /// Computes the light that arrives at an element from the lamp and from outside the box. `met`: receives the kRays
+  /// elements that the rays to other surfaces meet, or kFree or kNone.
   glm::vec3 gather(Element& e, std::int32_t* met) const {
     SplitMix64 random{e.cell};
     const float u = fraction_of(random.next()), v = fraction_of(random.next());
@@ -755,8 +752,7 @@ struct TissueLight::Impl {
     key.add(sources.lamp_half_angle);
     return key.key();
   }
-  /// Calls use(address, size in bytes) for the memory of each value that compute() computes, until a call returns
-  /// false.
+  /// Calls use(address, size in bytes) for each value that compute() computes, until a call returns false.
   template <class Use>
   bool each_part(Use&& use) {
     for (Element& e : elements)
@@ -779,8 +775,8 @@ struct TissueLight::Impl {
       e.leaves = leaving(e, exits.data());
       walked.push_back(e.cell);
     };
-    // New parts of the surface get their light at once. The other cells first all find the light that arrives, because
-    // the light of the next step comes from them.
+    // New parts of the surface get their light at once. Other cells first all find their arriving light, because the
+    // next bounce comes from them.
     for (const std::size_t at : fresh)
       if (Element* const e = element(at)) gather_now(*e);
     for (const std::size_t at : fresh)
@@ -803,7 +799,7 @@ struct TissueLight::Impl {
       walk_now(*e);
       --left;
     }
-    // The smoothing and the filling change cells up to three cells away.
+    // Smoothing and filling change cells up to three cells away.
     std::vector<std::size_t> near;
     CellBox changed;
     for (const std::size_t at : walked) {
@@ -819,10 +815,8 @@ struct TissueLight::Impl {
     return changed;
   }
 
-  /// Returns the light of an element, averaged over its neighbours on the same side of the body. This removes most of
-  /// the noise of the random walks. Light inside tissue changes little over a distance that is shorter than its free
-  /// path, so the mean is taken over a part of the free path. On opaque bodies, it is taken over the nearest cells, and
-  /// removes the noise of the rays.
+  /// Returns the light of an element, averaged over neighbours on the same side of the body to reduce noise. The width
+  /// is a part of the free path in tissue, the nearest cells on opaque bodies.
   glm::vec4 smoothed(const Element& e) const {
     const bool opaque = e.path == glm::vec3(0);
     const float width = std::clamp(kSmooth * e.path.y / spacing, 0.6f, 1.6f);  // cells
@@ -844,8 +838,8 @@ struct TissueLight::Impl {
     return sum / weights;
   }
 
-  /// Writes the light of these cells into the grid. The cells beside those of the surfaces get the mean light of their
-  /// neighbours, because shaders interpolate.
+  /// Writes the light of these cells into the grid. Cells beside them get the mean of their neighbours, because shaders
+  /// interpolate.
   void fill(std::span<const std::size_t> cells) {
     const auto smooth = [&](std::size_t at) {
       const Element* const e = element(at);

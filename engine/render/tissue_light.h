@@ -1,6 +1,5 @@
-// Light scatters in enamel, dentin and gum and leaves millimetres away: soft shadows and fissures, bright ridges.
-// Random walks on the CPU in a grid around the working tooth, read per vertex; on opaque bodies, the arriving light.
-// Only with a LightGrid. After a cut, only cells nearby are computed again.
+// Light that scatters in enamel, dentin and gum, and leaves millimetres away: soft shadows and fissures, bright ridges.
+// Random walks on the CPU in a grid around the working tooth. After a cut, only cells nearby are computed again.
 #pragma once
 
 #include <array>
@@ -15,29 +14,30 @@
 
 namespace typodont::render {
 
-/// Survival per scattering, so that a thick flat layer reflects this fraction of diffuse light. Our fit to
-/// Chandrasekhar (Radiative Transfer, 1950), relative error up to 0.4 %.
+/// Probability of surviving a scattering, chosen so that a thick flat layer reflects this fraction of diffuse light.
+/// Our fit to Chandrasekhar (Radiative Transfer, 1950); relative error up to 0.4 %.
 float scattering_albedo(float reflectance);
 
-/// One thread at a time; equal calls, equal results.
+/// Used by one thread at a time. Equal calls give equal results.
 class TissueLight {
  public:
-  /// `box`: m, W; `spacing`: m; `walks`: per cell beside a surface. After a request to `stop`, light() throws Stopped
-  /// (engine/base/in_parallel.h).
+  /// `box`: m, W; `spacing`: m; `walks`: random walks per cell beside a surface. After a request to `stop`, light()
+  /// throws Stopped (engine/base/in_parallel.h).
   TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks,
               std::stop_token stop = {});
   ~TissueLight();
   TissueLight(TissueLight&&) noexcept;
   TissueLight& operator=(TissueLight&&) noexcept;
 
-  /// `hard`: may overlap soft bodies. Before light().
+  /// Adds a static body; `hard`: it may overlap soft bodies. Call before light().
   void add_fixed(std::vector<LitTriangle> triangles, bool hard);
-  /// Of the working tooth; `origin`: m, W.
+  /// Replaces bricks of the working tooth. `origin`: origin of their vertices in W, m.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);
 
-  /// All cells, several threads. `far`: from outside the box.
+  /// Computes the light of all cells with several threads. `far`: light from outside the box.
   void light(const LightSources& sources, const LightGrid& far);
-  /// At most `most` cells near put() changes, on the caller's thread; the rest later. Returns the changed box.
+  /// Computes at most `most` cells near changes by put(), on the caller's thread; later calls do the rest. Returns the
+  /// box of changed cells.
   CellBox refresh(int most);
 
   const TissueLightGrid& grid() const;

@@ -16,16 +16,17 @@ constexpr double kMark = 0.4e-3;          // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;     // m, soft edge of a depth mark
 constexpr int kRingsPerTurn = 10;         // rings per turn of a thread
 constexpr int kFluteRings = 16;           // rings over a fluted head
-constexpr double kCrease = 30 * kDegree;  // larger angles of the outline are edges
-constexpr double kChord = 1e-6;           // m, from a mesh edge to its ring
-constexpr double kCoarsest = 5e-4;        // of the radius, for large heads
+constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge
+constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
+constexpr double kCoarsest = 5e-4;        // the same distance as a fraction of the radius, for large heads
 
-/// A multiple of 24: 2, 6, 8 and 12 flutes divide it.
+/// Corners of a ring: a multiple of 24, which 2, 6, 8 and 12 flutes divide.
 int corners_around(double radius) {
   return 24 * static_cast<int>(std::ceil(kPi / std::acos(1 - std::max(kChord / radius, kCoarsest)) / 24));
 }
 
-/// Rings along a profile. `cut`: radius with flutes, by profile radius, z and angle; `marked`: dark at z.
+/// Adds rings along a profile. `cut`: radius with flutes at a profile radius, z and angle; `marked`: true if the
+/// surface is dark at z.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Finish finish,
                Cut&& cut, Marked&& marked) {
@@ -59,7 +60,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
     }
 }
 
-/// With rings for depth marks, flutes and thread.
+/// Outline of the head, with additional rings for depth marks, flutes and thread.
 std::vector<dvec2> refined(const ToolShape& shape) {
   const auto& p = shape.head;
   std::vector<double> more;
@@ -89,7 +90,7 @@ std::vector<dvec2> refined(const ToolShape& shape) {
   return out;
 }
 
-/// Smooth parts between edges.
+/// Divides an outline into smooth parts between its edges.
 std::vector<std::vector<dvec2>> smooth_parts(const std::vector<dvec2>& outline) {
   std::vector<std::vector<dvec2>> parts;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -112,9 +113,9 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
 
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
-  const double ends = outer * slope + opening;  // m, z where the slanted opening ends
+  const double ends = outer * slope + opening;  // m, z at which the slanted opening ends
   ToolMesh mesh;
-  // From the dark bottom in the tube to the rounded rim, then up outside.
+  // Inner surface: from the dark bottom in the tube to the rounded rim. The outer surface follows.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
   for (ToolVertex& v : mesh.vertices) v.mark = 1;
   add_lathe(mesh,
@@ -150,10 +151,11 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
 
   const std::vector<dvec2> head = refined(shape);
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
-  // Inside the outline, touching it with the cutting edges: steep, then slow, like a saw tooth, along a helix.
+  // Radius with flutes: inside the outline, which the cutting edges touch; a saw tooth (steep, then gradual) along a
+  // helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // Right-handed: clockwise from the shank screws it in. Fades at both ends.
+      // Right-handed thread: turning clockwise, seen from the shank, screws it in. Its depth fades at both ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);
@@ -163,7 +165,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (!(shape.flutes > 0)) return r;
     double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
     phase -= std::floor(phase);
-    // 0 at the cutting edge, 1 at the bottom
+    // Depth of the groove: 0 at the cutting edge, 1 at the bottom.
     const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
     const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
     return r * (1 - shape.flute_depth * groove * fade);

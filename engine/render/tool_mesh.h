@@ -1,4 +1,4 @@
-// Burs and probes as surfaces of revolution, with flutes and threads.
+// Meshes of burs and probes: surfaces of revolution with flutes and threads.
 #pragma once
 
 #include <cstdint>
@@ -7,28 +7,30 @@
 
 namespace typodont::render {
 
-/// About z; origin in the head's centre, z along the shank. Outlines: (radius, z), m, from the free end upwards.
+/// Shape of a tool about z; origin in the head's centre, z along the shank. Outlines are points (radius, z) in m, from
+/// the free end upwards.
 struct ToolShape {
   std::vector<glm::dvec2> head;      // empty: the head is not drawn
   std::vector<glm::dvec2> safe_end;  // smooth pin beyond the free end; empty: none
-  std::vector<glm::dvec2> shaft;     // neck and shank; empty: a handle replaces them
-  int flutes = 8;                    // 0: smooth (a probe)
-  double flute_depth = 0.15;         // of the local radius
-  double helix = 0.5;                // turns over the head's length
-  bool diamond = false;              // grit instead of flutes
-  std::vector<double> marks;         // m, z of dark marks
+  std::vector<glm::dvec2> shaft;     // neck and shank; empty: replaced by a handle
+  int flutes = 8;                    // number of flutes; 0: smooth (a probe)
+  double flute_depth = 0.15;         // depth as a fraction of the local radius
+  double helix = 0.5;                // turns of the flutes over the head's length
+  bool diamond = false;              // diamond grit instead of flutes
+  std::vector<double> marks;         // m, z of dark depth marks
   double thread_pitch = 0;           // m, pitch of the thread; 0: no thread
   double thread_core = 0;            // m, core radius of the thread
 };
 
-/// Of metal, for shaders/tool.frag.
+/// Surface of metal, for shaders/tool.frag.
 enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 
-/// And on the hull, which fast rotation seems to have; blended by the spindle speed.
+/// Vertex of a tool, also on the hull, the shape that the tool seems to have in fast rotation. The spindle speed blends
+/// both.
 struct ToolVertex {
-  glm::vec3 p{0}, n{0, 0, 1};            // m, and unit normal
-  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // the same on the hull
-  float spins = 1;                       // 1: the vertex rotates with the spindle
+  glm::vec3 p{0}, n{0, 0, 1};            // position, m, and unit normal
+  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position and normal on the hull
+  float spins = 1;                       // 1: the vertex rotates with the spindle; 0: it doesn't
   float rough = 0.3f;
   float mark = 0;    // 1: on a dark depth mark
   float finish = 0;  // a value of Finish
@@ -36,15 +38,15 @@ struct ToolVertex {
 struct ToolMesh {
   std::vector<ToolVertex> vertices;
   std::vector<std::uint32_t> indices;
-  int blades = 8;  // parts around the head, for motion blur: flutes, 1 for a thread
+  int blades = 8;  // equal parts around the head, for motion blur: number of flutes; 1 for a thread
 };
 
 ToolMesh make_tool_mesh(const ToolShape& shape);
 
-/// A tube with a slanted opening, frame S of contract/suction_tip.h. m, rad.
+/// Mesh of a tube with slanted opening, in the frame S of contract/suction_tip.h. Lengths in m, angle in rad.
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length);
 
-/// Smooth and brushed; (radius, z), m, upwards.
+/// Adds a smooth, brushed surface of revolution; profile (radius, z), m, upwards.
 void add_lathe(ToolMesh& mesh, const std::vector<glm::dvec2>& profile, int around, float rough);
 
 }  // namespace typodont::render

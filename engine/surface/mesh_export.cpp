@@ -100,14 +100,14 @@ std::string obj(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTa
   return out;
 }
 
-/// JSON without the buffer's place, and the buffer.
+/// A glTF file: its JSON without the location of the buffer, and the buffer.
 struct Gltf {
   nlohmann::ordered_json json;
   std::string buffer;
 };
 
 Gltf gltf(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
-  // component types and targets of glTF 2.0
+  // numbers of component types and buffer targets in glTF 2.0
   constexpr int kByte = 5121, kUint32 = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
   Gltf made;
   std::string& buffer = made.buffer;
@@ -155,7 +155,7 @@ Gltf gltf(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& m
   return made;
 }
 
-/// Header and two chunks of multiples of 4.
+/// Returns a .glb file: a header and two chunks, whose lengths are multiples of 4.
 std::string glb(const Gltf& gltf) {
   constexpr std::uint32_t kVersion = 2, kJson = 0x4e4f534a, kBinary = 0x004e4942;
   std::string json = gltf.json.dump();
@@ -186,7 +186,8 @@ WholeMesh weld(const SurfaceMesher& mesher) {
     }
   };
   constexpr std::uint32_t kNone = 0xffffffff;
-  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;  // per brick: its points in the exported mesh
+  // for each brick: numbers of its points in the file
+  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {
@@ -234,7 +235,7 @@ void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const 
     write_file_atomically(file, obj(mesh, frame, materials), FileKind::kObj, over);
   } else {
     Gltf made = gltf(mesh, frame, materials);
-    // .glb has 32-bit lengths and numbers.
+    // .glb files have 32-bit lengths.
     constexpr std::size_t kMost = 0xf0000000;
     if (made.buffer.size() > kMost)
       throw Error(file.string(), "", fmt::format("{} bytes of triangles", made.buffer.size()),

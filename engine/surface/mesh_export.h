@@ -1,4 +1,4 @@
-// The drawn surface as one mesh file. Throws Error.
+// Writes the drawn surface as a mesh file. Throws Error.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace typodont::surface {
 
-/// All bricks, coincident points merged. Voxels.
+/// Mesh of all bricks, in which coincident points are merged. Positions in voxels.
 struct WholeMesh {
   struct Vertex {
     glm::vec3 position{0};
@@ -27,11 +27,11 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Throws Error for an unsupported extension, before long work.
+/// Throws Error if the file's extension is not supported. Call it before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
-/// Whole or not at all, W, mm: .ply (binary: normals, colours, labels), .stl (binary), .obj (text: normals, colours),
-/// .glb or .gltf (normals, colours; metres, as required; axes of W).
+/// Writes the mesh in frame W, mm (.glb and .gltf: m). On failure, no partial file remains. All formats but .stl
+/// contain normals and colours; .ply also contains tissue labels. .ply and .stl are binary, .obj is text.
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over = Over::kNoInput);
 

@@ -30,7 +30,7 @@ struct Brick {
   glm::ivec3 key{0};
   BrickContour contour;
   BrickMesh mesh;              // empty if the mesher does not keep the meshes
-  bool has_triangles = false;  // at the last mesh
+  bool has_triangles = false;  // true if the last mesh of this brick had triangles
   bool queued = false;
 };
 
@@ -45,7 +45,7 @@ struct Corner {
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// One brick; memory is reused.
+// Builds the polygons of one brick at a time and reuses its memory.
 struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
@@ -54,10 +54,10 @@ struct PolygonBuilder {
     std::uint16_t point;
   };
   BrickMesh mesh;
-  std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
+  std::vector<std::uint32_t> first_copy[8];  // for each owner brick and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
   std::uint32_t* index_end = nullptr;        // end of the indices that were written to `mesh`
-  // Per cell with surface: its vertex, or kSeveral.
+  // For each cell with surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void build(const BrickContour* const around[8]);
@@ -75,23 +75,23 @@ struct PolygonBuilder {
   }
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels, all edges of a small triangle
+constexpr float kSmallEdge = 2.5f;  // voxels, limit for the edges of a small triangle
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
 }
 
-// Fraction of t, of the two most frequent.
+// Returns the fraction of tissue t at a vertex if t is one of its two most frequent tissues, else 0.
 float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
-// With these tissues; made if missing.
+// Returns the copy of a vertex that has these two tissues, and creates it if it does not exist.
 inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high,
                                              const glm::vec3& crease_normal) {
   const bool crease = corner.data->crease;
   for (std::uint32_t i = first_copy[corner.owner][corner.vertex]; i != kNone; i = copies[i].next) {
-    // On a crease only with a nearly equal normal: the sides differ.
+    // The sides of a crease have different normals, so a copy on a crease is shared only if its normal is nearly equal.
     if (copies[i].low == low && copies[i].high == high &&
         (!crease || glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f)) {
       return i;
@@ -142,8 +142,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // Corners on a crease get `side`: the mean of the other corners' normals, or the triangle's own. On a gentle crease
-  // (a narrow fissure), a small triangle gets the mean of both sides and looks round.
+  // Corners on a crease get the normal `side`: the mean normal of the other corners, or the triangle's own. On a gentle
+  // crease (a narrow fissure), small triangles get the mean of both sides, so that the crease looks round.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -166,7 +166,7 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
 
 // Adds the triangles a b c and a c d.
 inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
-  // Usually one tissue and no crease: shared copies.
+  // Usually there is one tissue and no crease, so both triangles share their copies.
   const Tissue tissue = a.data->tissue[0];
   if (b.data->tissue[0] == tissue && c.data->tissue[0] == tissue && d.data->tissue[0] == tissue && !a.data->crease &&
       !b.data->crease && !c.data->crease && !d.data->crease) {
@@ -181,11 +181,11 @@ inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, cons
   triangle(a, c, d);
 }
 
-// Along the shorter diagonal that does not fold.
+// Splits the quad along the shorter diagonal that does not fold it.
 inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
   const glm::vec3 &pa = a.data->position, &pb = b.data->position, &pc = c.data->position, &pd = d.data->position;
   const glm::vec3 ac = pc - pa, bd = pd - pb;
-  // areas beside diagonal a–c, and their sum
+  // area vectors of the triangles on both sides of the diagonal a–c, and their sum
   const glm::vec3 abc = glm::cross(pb - pa, ac), acd = glm::cross(ac, pd - pa), whole = abc + acd;
   const auto folds_ac = [&] { return std::min(glm::dot(abc, whole), glm::dot(acd, whole)) <= 0; };
   const auto folds_bd = [&] {
@@ -201,15 +201,16 @@ inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner&
   }
 }
 
-// Four cells around a crossed edge, counter-clockwise from the positive end. False: no polygon.
+// Finds the vertices of the four cells around a crossed edge, counter-clockwise as seen from its positive end. Returns
+// false if they form no polygon.
 inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], BrickContour::Edge edge,
                                          Corner corners[4], int& count) const {
   static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
-  // of the cell's number, per axis
+  // bits of the cell's number that store its coordinate on each axis
   static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
   const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
   if ((edge.cell & kBits[u]) && (edge.cell & kBits[v])) {
-    // Usually one vertex each, in this brick.
+    // Usually each cell has one vertex in this brick.
     const std::uint16_t* at = vertex_at.data() + edge.cell;
     const std::uint16_t ring[4] = {at[-kStep[u] - kStep[v]], at[-kStep[v]], *at, at[-kStep[u]]};
     if (ring[0] != kSeveral && ring[1] != kSeveral && ring[2] != kSeveral && ring[3] != kSeveral) {
@@ -223,7 +224,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     }
   }
   const CellShapes& shapes = CellShapes::get();
-  // along u and v
+  // steps down along u and v to each of the four cells
   static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
   const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
   count = 0;
@@ -243,10 +244,10 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
     if (vertex == kSeveral) {
       const int found = contour ? contour->find(index) : -1;
-      // Missing brick: a hole until put() adds it.
+      // If the neighbouring brick is missing, there is a hole until put() adds it.
       if (found < 0) return false;
       const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-      // Among the four edges parallel to `axis` (cell_shapes.h).
+      // number of the edge among the cell's four edges parallel to `axis` (cell_shapes.h)
       const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
       vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
     }
@@ -258,7 +259,8 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
   return count > 2 && (count == 3 || (corners[0] != corners[2] && corners[1] != corners[3]));
 }
 
-// `around`[0]: this; [o]: one lower along each axis of o's bits; null: missing.
+// Builds the mesh of brick around[0]. around[o] is its neighbour one lower along each axis whose bit is set in o, or
+// null if that is missing.
 void PolygonBuilder::build(const BrickContour* const around[8]) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -281,7 +283,7 @@ void PolygonBuilder::build(const BrickContour* const around[8]) {
   int count = 0;
   for (const BrickContour::Edge edge : own.edges) {
     if (!find_corners(around, edge, corners, count)) continue;
-    // One by one: a copied array would have to be written first.
+    // Passes the corners one by one, because an array would first have to be copied in order.
     if (count == 3) {
       if (edge.solid_base) {
         triangle(corners[0], corners[1], corners[2]);
@@ -309,10 +311,10 @@ struct SurfaceMesher::State {
   MesherOptions options;
   Contourer contourer;
   PolygonBuilder weaver;
-  // Mostly searched: keeps the map small for the cache.
+  // The map stores only pointers, which keeps it small for the cache: it is searched often.
   std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
   std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // becomes the next new brick (16³ cells)
-  std::vector<Brick*> queue;  // the bricks (blocks of 16³ cells) that must be meshed again
+  std::vector<Brick*> queue;                                 // bricks (blocks of 16³ cells) that must be meshed again
   std::vector<glm::ivec3> changed;
 
   Brick* find(const glm::ivec3& key) const {
@@ -320,7 +322,7 @@ struct SurfaceMesher::State {
     return it == bricks.end() ? nullptr : it->second.get();
   }
   void enqueue_around(const glm::ivec3& key) {
-    // Upper neighbours' polygons use its cells.
+    // Polygons of the upper neighbours use this brick's cells.
     for (int o = 0; o < 8; ++o) {
       Brick* const upper = find(key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
       if (!upper || upper->queued) continue;
@@ -328,7 +330,7 @@ struct SurfaceMesher::State {
       queue.push_back(upper);
     }
   }
-  /// `changed_to(brick, mesh)` for each with triangles now or before.
+  /// Calls `changed_to(brick, mesh)` for each changed brick that has triangles now or had some before.
   template <class Changed>
   void remesh(const Changed& changed_to) {
     std::sort(queue.begin(), queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
@@ -343,7 +345,7 @@ struct SurfaceMesher::State {
       const bool had_triangles = std::exchange(brick->has_triangles, !weaver.mesh.indices.empty());
       if (had_triangles || brick->has_triangles) changed_to(*brick, weaver.mesh);
     }
-    // Without surface, and referred to by no other.
+    // Erases bricks without surface.
     for (const Brick* const brick : queue) {
       if (brick->contour.empty() && !brick->has_triangles) bricks.erase(brick->key);
     }

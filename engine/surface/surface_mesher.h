@@ -1,11 +1,11 @@
-// Bricks (16³ cells) of the distance field to triangles; only changed ones are updated. One thread.
+// Converts bricks (16³ cells) of the distance field to triangles, and updates only changed bricks. One thread.
 //
 //   SurfaceMesher mesher({.tolerance = 0.1f});
 //   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
 //   for (const glm::ivec3& key : mesher.remesh()) upload(*mesher.find(key));
 //
-// Closed, oriented, 2-manifold, without cracks: border vertices have the same bits in both bricks, whatever the order
-// of updates. Dual contouring (README.md).
+// Dual contouring (README.md). The mesh is closed and 2-manifold, without cracks: border vertices have equal bits in
+// both bricks.
 #pragma once
 
 #include <cstdint>
@@ -19,29 +19,30 @@
 
 namespace typodont::surface {
 
-/// 28 bytes, as in the vertex buffer. Voxel frame: p_W = frame.to_world(position).
+/// Vertex of 28 bytes, as in the vertex buffer. Positions are in the voxel frame: p_W = frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels, position of the vertex
-  glm::vec3 normal{0};    // outwards; on a crease of this triangle's side
-  // All corners have the same two; the border is where `second` passes 0.5.
+  glm::vec3 normal{0};    // unit normal, pointing outwards; on a crease, that of this triangle's side
+  // The two tissues are equal for all corners of a triangle. The border between them lies where `second` is 0.5.
   Tissue tissue[2]{};       // the two tissues, in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;
 };
 static_assert(sizeof(SurfaceVertex) == 28);
 
-/// Counter-clockwise from outside.
+/// Mesh of one brick; triangles are counter-clockwise from outside.
 struct BrickMesh {
   glm::ivec3 key{0};
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// With `owner`, the same for all copies of a point in all bricks.
+  /// For each vertex: number of its point in the brick that owns it. All copies of a point have the same `point` and
+  /// `owner` brick.
   std::vector<std::uint16_t> point;
-  std::vector<std::uint8_t> owner;  // bit a: of the next lower brick along a
+  std::vector<std::uint8_t> owner;  // bit a is set if the next lower brick along axis a owns the point
 };
 
 struct MesherOptions {
-  /// voxels of merging; 0: flat areas only; negative: none
+  /// voxels, largest error of merged cells; 0: merges only flat areas; negative: never merges
   float tolerance = 0.1f;
 };
 
@@ -52,26 +53,28 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// For bricks put from now on; differing ones join without cracks.
+  /// Applies to bricks that are put from now on. Bricks of different tolerance join without cracks.
   void set_tolerance(float tolerance);
 
-  /// After one of its 19³ samples changed. Before remesh(), every brick whose 17³ corners differ in sign.
+  /// Call it when one of the brick's 19³ samples has changed. Before remesh(), it must have been called for every brick
+  /// whose 17³ corners differ in sign.
   void put(const FieldBrick& brick);
-  /// As a brick without surface.
+  /// Same as put() with a brick without surface.
   void remove(const glm::ivec3& key);
 
-  /// Changed since the last call, sorted, with those now empty. Valid until the next call.
+  /// Meshes the changed bricks. Returns the sorted keys of all bricks that changed since the last call, also of those
+  /// that are now empty. Valid until the next call.
   std::span<const glm::ivec3> remesh();
-  /// As remesh(), but each mesh goes to `visit` and is not kept. Do not mix both.
+  /// Same as remesh(), but each mesh is passed to `visit` and not kept. Do not use both functions on one mesher.
   void remesh(const std::function<void(const BrickMesh&)>& visit);
 
   // The following functions describe the meshes that remesh() keeps.
-  /// Null: no surface. Valid until the next remesh().
+  // Returns null if the brick has no surface. Valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
-  /// With triangles, sorted.
+  /// Returns the sorted keys of all bricks with triangles.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Of all vertices and triangles.
+  /// Returns a hash of all vertices and triangles.
   std::uint64_t hash() const;
 
  private:

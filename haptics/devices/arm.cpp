@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Clamped: no NaN at the end of the range, or from a wrong count.
+/// acos with a clamped argument, so that rounding or a wrong count gives no NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -18,7 +18,8 @@ double angle_of(double cosine) {
 struct FiveBar {
   double rho, z, lambda;
 };
-/// Polhem: motors B, C (t2, t3) drive two cranks; λ: forearm.
+/// Forearm of the Polhem arm: the motors of bodies B and C (angles t2, t3) drive two cranks. Returns its position (rho,
+/// z) and angle lambda.
 FiveBar five_bar(const Arm& arm, double t2, double t3) {
   const auto& L = arm.L;
   const double px = L[0] + L[1] * std::cos(t2), py = L[1] * std::sin(t2);
@@ -178,7 +179,7 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   if (arm.linkage == Arm::Linkage::kFiveBar) {
-    // Central differences: nine digits at 1e-6 rad, shorter than the closed form.
+    // Central differences with steps of 1e-6 rad, exact to nine digits; the closed form would need much more code.
     constexpr double kStep = 1e-6;
     glm::dmat3 J;
     for (int i = 0; i < 3; ++i) {
@@ -198,7 +199,7 @@ double position_step(const Arm& arm) {
   const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    // rad per count of body i
+    // Rotation of body i per encoder count, rad.
     const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);
     sum += glm::dot(J[i], J[i]) * count * count;
   }

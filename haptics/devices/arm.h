@@ -1,5 +1,5 @@
-// Kinematics of WoodenHaptics and Polhem from a preset. Stateless. H: x to the user, y right, z up. Driven bodies: A
-// about z, B and C from the vertical.
+// Kinematics of WoodenHaptics and Polhem arms, whose measures come from a preset file. Stateless. Base frame H: x to
+// the user, y right, z up. Motors drive the bodies A (angle about z), B and C (angles from the vertical).
 #pragma once
 
 #include <array>
@@ -12,32 +12,32 @@
 
 namespace typodont::haptics {
 
-/// SI, all from one preset: sources differ in signs and constants.
+/// An arm's measures in SI units, all from one preset, because published sources differ in signs and constants.
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  // m, diameters of capstans and of bodies A, B, C
+  // Diameters of the capstans, and of the bodies A, B, C, m.
   dvec3 capstan{0}, body{0};
   double La = 0, Lb = 0, Lc = 0;                 // m, lengths of the links, if the linkage is serial
-  std::array<double, 6> L{};                     // m, of a five-bar linkage
-  dvec3 origin{0};                               // m, origin of the workspace in the frame of the base
+  std::array<double, 6> L{};                     // m, lengths of a five-bar linkage
+  dvec3 origin{0};                               // m, origin of the workspace in the base's frame
   dvec3 torque_constant{0};                      // N·m/A, for each motor: torque per ampere
-  std::array<double, 6> counts{};                // per turn, A…F; 0: no stylus encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1: the angle falls as the count rises
+  std::array<double, 6> counts{};                // counts per turn of encoders A to F; 0: no stylus encoders
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1: the angle decreases when the count increases
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
-  double current_limit = 3;                      // A; the firmware has no limit
+  double current_limit = 3;                      // A, largest motor current; the firmware itself has no limit
   double force_limit = 5, stiffness = 1000;      // N, largest force; N/m, largest stiffness
   double continuous_force = 0;                   // N, force that the motors can give permanently without overheating
   double vibration_band = 0;                     // Hz, largest vibration frequency that the arm can render
-  double silence = 0;                            // s without a write until zero force; 0: 1.8 ms
-  // rad/s; faster counts are encoder errors
+  double silence = 0;  // s, time without a write after which the force becomes zero; 0: 1.8 ms
+  // Largest speed of a joint, rad/s; faster changes of a count are encoder errors.
   double joint_speed = 30;
-  // Gravity of B and C: masses, and centres from the joints.
-  double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
+  // Mass of bodies B and C, and distance of their centres of mass from their joints, for gravity compensation.
+  double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, kg, m, m
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
-  /// Counts of encoder i within dt (s).
+  /// Largest plausible change of encoder i in dt seconds, counts.
   std::int64_t reach(int i, double dt) const;
 };
 
@@ -46,25 +46,26 @@ Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
-/// rad, A, B, C.
+/// Angles of the bodies A, B, C, rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
-/// rad, D, E, F; invalid without encoders.
+/// Angles of the stylus D, E, F, rad; invalid without stylus encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Tip in H. The orientation was not verified on hardware.
+/// Pose of the stylus tip in H. The orientation was not verified on hardware.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
-/// ∂p/∂A, ∂p/∂B, ∂p/∂C, m/rad.
+/// Columns ∂p/∂A, ∂p/∂B, ∂p/∂C, m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
-/// m, one count of A, B and C at home.
+/// Motion of the tip per encoder count at home, m: combined for A, B and C.
 double position_step(const Arm& arm);
-/// N·m on A, B, C against weight; zero without masses.
+/// Torques on A, B, C that balance the arm's weight, N·m; zero if the preset states no masses.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
 
 struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// For a force (N, H) and `holding` (N·m). Beyond a limit, all scaled alike: the direction stays.
+/// Motor currents for a force f_S_H (N, H) plus torques `holding` (N·m). If one current exceeds the limit, all are
+/// scaled down together, so the direction of the force does not change.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

@@ -119,7 +119,7 @@ ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& 
   ArmCommand command;
   command.size = command_size(protocol);
   for (std::size_t i = 0; i < 3; ++i) {
-    // In this command, currents' fields hold the stylus counts D, E, F.
+    // In this command, the fields of the currents contain the stylus counts D, E, F.
     put16(command, 1 + 2 * i, counts[3 + i]);
     put16(command, 9 + 2 * i, counts[i]);
   }

@@ -1,4 +1,4 @@
-// Four protocols of the boards. Stateless, any input.
+// The four protocols of the arms' controller boards. Stateless; accepts any input.
 #pragma once
 
 #include <array>
@@ -15,38 +15,38 @@ enum class ArmProtocol { kHidV1, kHidV2, kRawHid, kText };
 
 struct ArmReport {
   std::array<std::int32_t, 6> encoders{};
-  bool stylus = false;  // D, E, F are valid
-  bool button = false;  // pressed; kept until read
-  int model = 0;        // text protocol: 1 Polhem, 2 vintage, 3 Woody
+  bool stylus = false;  // the counts D, E, F of the stylus are valid
+  bool button = false;  // button pressed since the last report was read
+  int model = 0;        // model number in the text protocol: 1 Polhem, 2 vintage, 3 Woody
   int error = 0;        // error code of the board, only in the text protocol
 };
 
-/// By the length of input reports.
+/// Recognises a HID protocol by its input reports' length.
 std::optional<ArmProtocol> protocol_of_report(std::size_t bytes);
 
-/// Newest of several reports; empty: wrong length.
+/// Reads the newest of several HID reports; nullopt: wrong length.
 std::optional<ArmReport> parse_hid(ArmProtocol protocol, std::span<const std::uint8_t> bytes);
-/// "[model,e0,…,e5,err]" without line end.
+/// Reads a line "[model,e0,…,e5,err]" without line end.
 std::optional<ArmReport> parse_text(std::string_view line);
 
-/// Fixed size: for any thread and signal handler.
+/// Command of fixed size, so that any thread and signal handler can send it.
 struct ArmCommand {
   std::array<std::uint8_t, 65> bytes{};
   std::size_t size = 0;
   std::span<const std::uint8_t> span() const { return {bytes.data(), size}; }
 };
-/// mA, rounded to zero, 16 bits.
+/// Command that sets the motor currents: mA, rounded towards zero, 16 bits.
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes);
-/// Sets the counters; v2 and raw HID.
+/// Command that sets the board's counters; only for the protocols v2 and raw HID.
 ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& counts);
 
-/// Newest complete line of a stream; too long ones are dropped.
+/// Extracts the newest complete line from a stream of bytes. Drops lines that are too long.
 class LineAssembler {
  public:
   void add(std::span<const std::uint8_t> bytes) noexcept;
-  /// Empty: none. Valid until add().
+  /// Returns the newest line; nullopt if there is none. Valid until add().
   std::optional<std::string_view> take() noexcept;
-  /// Lines overtaken by newer ones.
+  /// Number of lines that were replaced by a newer one before they were read.
   std::uint64_t skipped() const noexcept { return skipped_; }
 
  private:

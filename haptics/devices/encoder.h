@@ -1,4 +1,4 @@
-// 16-bit counts to full counts, with jumps detected.
+// Extends 16-bit encoder readings to full counts, and detects jumps.
 #pragma once
 
 #include <algorithm>
@@ -7,27 +7,29 @@
 
 namespace typodont::haptics {
 
-/// Right if it turns less than half the range between reports, which the arms never exceed.
+/// Counts of one encoder. Correct if the encoder turns less than half the 16-bit range between two reports; the arms
+/// are always slower.
 class Encoder {
  public:
-  /// Defines that the present reading corresponds to `count`.
+  /// Defines that the current reading corresponds to `count`.
   void home(std::int64_t count) noexcept {
     offset_ += count - value();
     slipped_ = false;
   }
   std::int64_t value() const noexcept { return total_ + offset_; }
 
-  /// What Encoder::read16() did with a reading.
+  /// Result of Encoder::read16() or read32() for a reading.
   enum class Step {
     kGood,
-    // too far: ignored
+    // The reading is too far from the last one, and is ignored.
     kRejected,
-    // Counts lost: wrong until homed.
+    // Counts were lost: wrong value until home() is called.
     kSlipped,
   };
-  /// `reach`: counts since the last accepted reading; `nearby`: between successive ones.
+  /// `reach`: largest plausible change since the last accepted reading; `nearby`: largest change between successive
+  /// readings; counts.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // Wraps around: the shorter rotation.
+    // Readings wrap around at 16 bits, so the shorter rotation is taken.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -35,7 +37,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // agreeing far readings in a row
+  // After so many implausible but consistent readings, accepts the jump.
   static constexpr int kAcceptedAfter = 8;
 
  private:
@@ -50,7 +52,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // Wrong reports would not agree: it really jumped.
+    // Wrong reports would not agree with each other. If they agree, the encoder has really jumped.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

@@ -19,18 +19,18 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-// All that end a process, except SIGKILL.
+// All signals that can end a process, except SIGKILL.
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
 
-/// A stack of their own, for stack overflows.
+/// Gives the signal handlers a separate stack, so that they also run after a stack overflow.
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // a sanitizer or debugger has set one
+  // A sanitizer or debugger has already set a stack.
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
@@ -64,7 +64,7 @@ void install_exit_guard() {
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
       ::sigaction(kSignals[i], nullptr, &before[i]);
-      // Ignored signals do not end the program.
+      // A signal that the program ignores does not end it.
       if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }
@@ -96,8 +96,8 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // Again after a pause: the servo may have been sending; it then sees the flag and sends zero itself, or this
-    // replaces its force.
+    // Repeats after a pause: a running servo may have sent a force after the first zero. By now it has seen the flag
+    // and sends zero itself.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

@@ -35,7 +35,7 @@ namespace {
 
 class FdLink : public Link {
  public:
-  /// `whole`: each write is a message, so another process may write, too.
+  /// `whole`: each write is one message, so that another process may write too.
   FdLink(Descriptor fd, bool whole) : fd_(std::move(fd)), whole_(whole) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);
   }
@@ -48,13 +48,13 @@ class FdLink : public Link {
     if (ready < 0) return -1;
     const ssize_t n = ::read(fd_.get(), buffer.data(), buffer.size());
     if (n > 0) return static_cast<int>(n);
-    // Ready without bytes: closed.
+    // Ready to read, but without bytes: the connection is closed.
     return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;  // signal handlers must not change errno
-    // No SIGPIPE; write() if it is no socket.
+    // send() without SIGPIPE; write() if the descriptor is not a socket.
     ssize_t n = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n < 0 && errno == ENOTSOCK) n = ::write(fd_.get(), bytes.data(), bytes.size());
     errno = kept;
@@ -88,7 +88,7 @@ Descriptor claim(const std::string& name, const std::string& where) {
   Descriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const std::string whole = "typodont/" + name;  // abstract socket: no file remains
+  const std::string whole = "typodont/" + name;  // name of an abstract socket, which leaves no file
   whole.copy(address.sun_path + 1, sizeof address.sun_path - 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + whole.size());
   if (fd.get() < 0 || ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0) {
@@ -111,7 +111,7 @@ std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   settings.c_cc[VMIN] = 0;
   settings.c_cc[VTIME] = 0;
   if (::tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Error(port.string(), "", std::strerror(errno), "raw mode");
-  ::ioctl(fd.get(), TIOCEXCL);  // also against programs without locks
+  ::ioctl(fd.get(), TIOCEXCL);  // also prevents access by programs that ignore locks
   ::tcflush(fd.get(), TCIOFLUSH);
   return std::make_unique<FdLink>(std::move(fd), true);
 }

@@ -1,4 +1,4 @@
-// Serial ports, TCP, and locks against other programs.
+// Serial and TCP links, and locks against other programs.
 #pragma once
 
 #include <filesystem>
@@ -23,17 +23,19 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// Locked by flock. Throws Error with node and reason: missing, no permission (with the remedy), in use.
+/// Opens a device node and locks it (flock). Throws Error with node and reason: missing, no permission (with the
+/// remedy), or in use.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// For devices without a node; one program per `name`, until closed. Throws Error with `where`.
+/// Locks a device that has no node: only one program can hold `name`, until the descriptor is closed. Throws Error with
+/// `where`.
 Descriptor claim(const std::string& name, const std::string& where);
 
 /// Opens a serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// Messages of one write() each. Throws Error.
+/// Connects to a TCP port. One write() sends one message. Throws Error.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
-/// Takes ownership of a stream (pseudo-terminal, socket).
+/// Makes a link of a stream (pseudo-terminal, socket), and takes ownership of it.
 std::unique_ptr<Link> link_over(Descriptor fd);
 
 /// The command that grants access to devices, for error messages.

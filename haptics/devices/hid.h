@@ -1,4 +1,5 @@
-// HID through hidapi; without it, no devices, and Error on opening.
+// Access to HID devices through hidapi. If it was built without hidapi, there are no devices, and opening one throws
+// Error.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +21,11 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// Also without permission. Not on the servo thread.
+/// Lists all HID devices, also those without access permission. Not for the servo thread.
 std::vector<HidNode> enumerate_hid();
-/// Locked. Throws Error.
+/// Opens a device and locks it. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);
-/// Of a hidraw node in `sysfs` (hidapi 0.13 cannot); empty: none.
+/// Report descriptor of a hidraw node, read from `sysfs` because hidapi 0.13 cannot read it; empty: none.
 std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs = "/sys");
 
 }  // namespace typodont::haptics

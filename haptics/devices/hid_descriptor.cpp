@@ -25,7 +25,7 @@ std::int32_t sign_extend(std::uint32_t value, std::size_t bytes) {
 
 }  // namespace
 
-// The parser follows "Device Class Definition for HID 1.11", section 6.2.2.
+// Follows "Device Class Definition for HID 1.11", section 6.2.2.
 std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor) {
   std::vector<HidField> fields;
   Globals now;

@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// For messages; '?' beyond ASCII.
+/// Converts a text for messages; characters beyond ASCII become '?'.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-// hidapi: one thread at a time, but reopeners exist
+// hidapi supports one thread at a time, but reopening threads call it too.
 std::mutex hidapi_mutex;
 
 struct Closer {
@@ -33,7 +33,7 @@ class HidLink : public Link {
   HidLink(Descriptor own, hid_device* device) : own_(std::move(own)), device_(device) {}
 
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    // hidapi waits whole ms; `rest`: ns
+    // hidapi waits whole milliseconds; remaining nanoseconds are slept here.
     const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;
     int n = hid_read_timeout(device_.get(), buffer.data(), buffer.size(), static_cast<int>(whole));
     if (n == 0 && rest > 0) {
@@ -43,7 +43,7 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Second descriptor: hid_write() allocates. Watchdog and signal handlers may call it.
+  // Writes to a second descriptor, because hid_write() allocates; watchdog and signal handlers may call this.
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

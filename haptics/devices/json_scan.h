@@ -1,4 +1,4 @@
-// A few numbers from JSON in real time: no tree, no allocation, any input.
+// Reads single values from JSON text in real time: builds no tree, never allocates, accepts any input.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// One value in a text; empty: missing or malformed.
+/// One value in a JSON text. Functions return nullopt if it is missing or malformed.
 class JsonText {
  public:
   explicit JsonText(std::string_view text) : text_(text) {}

@@ -1,4 +1,4 @@
-// Bytes to and from a device; tests connect emulators.
+// Transfers bytes to and from a device. Tests connect emulators to the same interface.
 #pragma once
 
 #include <algorithm>
@@ -9,25 +9,28 @@
 
 namespace typodont::haptics {
 
-/// HID: a report per call; serial and sockets: a stream. With its own clock, for simulated time.
+/// A HID link reads one report per call; serial and socket links read a stream. A link has its own clock, so that tests
+/// can simulate time.
 class Link {
  public:
   virtual ~Link() = default;
-  /// Up to `timeout` (ns): bytes read, 0: none, -1: lost. Servo thread.
+  /// Waits up to `timeout` (ns). Returns the number of bytes read, 0 for none, -1 if the device is lost. Servo thread
+  /// only.
   virtual int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept = 0;
-  /// All bytes, one system call, no state: any thread or signal handler.
+  /// Writes all bytes with one system call and no shared state. Any thread or signal handler.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Nanos now() noexcept { return typodont::now(); }
-  /// For a watchdog process (watchdog_process.h); -1: none.
+  /// Descriptor for a watchdog process (watchdog_process.h); -1: none.
   virtual int descriptor() const noexcept { return -1; }
 };
 
-/// Against unasked samples: none within half a period. Servo thread.
+/// Limits the sample rate of a device that sends unrequested samples: two samples are at least half a period apart.
+/// Servo thread only.
 class SampleSpacing {
  public:
   /// `rate`: Hz, rate at which the device sends samples (DeviceInfo::rate).
   explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
-  /// ns until the next may be used; 0 if the clock was set back.
+  /// Time until the next sample may be used, ns; 0 if the clock was set back.
   Nanos left(Nanos t) const noexcept { return started_ && t >= last_ ? last_ + least_ - t : 0; }
   /// Records that a sample was used at time t.
   void taken(Nanos t) noexcept { last_ = t, started_ = true; }
@@ -36,7 +39,7 @@ class SampleSpacing {
   Nanos least_, last_ = 0;
   bool started_ = false;
 };
-/// Messages per sample, so that a flood cannot delay a tick.
+/// Largest number of queued messages read per sample, so that a flood of messages cannot delay a tick.
 inline constexpr int kMostQueued = 64;
 
 }  // namespace typodont::haptics

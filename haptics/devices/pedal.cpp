@@ -15,7 +15,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Preferred: simulation controls (accelerator, brake, clutch), then generic axes.
+// HID usages of a pedal, in order of preference: simulation controls (accelerator, brake, clutch), then generic axes.
 constexpr std::array<std::uint32_t, 11> kAxes{0x0200c4, 0x0200c5, 0x0200bb, 0x010030, 0x010031, 0x010032,
                                               0x010033, 0x010034, 0x010035, 0x010036, 0x010037};
 constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 5> kKeyboards{
@@ -57,7 +57,7 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
     if (id == std::pair{vendor, product}) return PedalKind{PedalKind::Type::kKeyboard, {}};
   }
   if (vendor == 0x05f3 && product == 0x00ff) return PedalKind{PedalKind::Type::kInfinity, {}};
-  // A simulation axis, or at most three generic ones (no joystick or mouse).
+  // Accepts a simulation axis, or a generic axis if there are at most three; so no joystick or mouse.
   const std::vector<HidField> fields = parse_descriptor(descriptor);
   std::size_t axes = 0;
   for (const HidField& f : fields) axes += std::count(kAxes.begin(), kAxes.end(), f.usage);
@@ -74,7 +74,7 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report) {
   switch (kind.type) {
     case PedalKind::Type::kKeyboard:
-      // Boot keyboard: modifiers, a reserved byte, keys; any counts.
+      // Report of a boot keyboard: modifiers, a reserved byte, keys. Any pressed key counts.
       if (report.size() < 3) return std::nullopt;
       return report[0] || std::any_of(report.begin() + 2, report.end(), [](std::uint8_t k) { return k != 0; }) ? 1 : 0;
     case PedalKind::Type::kInfinity:
@@ -109,7 +109,7 @@ double Pedal::value() noexcept {
 std::vector<FoundDevice> find_pedals() {
   std::vector<FoundDevice> pedals;
   for (const HidNode& node : enumerate_hid()) {
-    // a mouse (2) or 6-DoF mouse (8)
+    // Skips a mouse (usage 2) or 6-DoF mouse (usage 8).
     if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;
     const auto kind = pedal_kind(node.vendor, node.product, report_descriptor(node.path));
     if (!kind) continue;
@@ -129,7 +129,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      // Only for a pedal asked by name; otherwise the next.
+      // An error is reported only if the user named this pedal; otherwise the next one is tried.
       if (!any) throw;
     }
   }

@@ -1,4 +1,4 @@
-// HID foot pedals: switches and rheostats.
+// HID foot pedals: switches, and rheostats with a continuous position.
 #pragma once
 
 #include <functional>
@@ -17,20 +17,20 @@ namespace typodont::haptics {
 /// States how the reports of a pedal must be interpreted.
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
-  HidField axis;            // the axis of a rheostat; valid only if `type` is kAxis
-  double dead_band = 0.04;  // at each end, of the axis
+  HidField axis;            // a rheostat's axis; valid only if `type` is kAxis
+  double dead_band = 0.04;  // part of the axis range ignored at each end
 };
-/// A known switch, or a rheostat by its descriptor; empty: neither.
+/// Recognises a known switch by its ids, or a rheostat by its report descriptor; nullopt: neither.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
-/// 0 to 1; empty: not in this report.
+/// Position of the pedal, 0 to 1; nullopt if this report does not contain it.
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report);
 
-/// An open pedal. After set-up, only the servo thread uses it.
+/// An open pedal. Used only by the servo thread.
 class Pedal {
  public:
   Pedal(std::unique_ptr<Link> link, PedalKind kind) : link_(std::move(link)), kind_(kind) {}
-  /// Newest, without waiting; 0 if gone.
+  /// Returns the newest position without waiting; 0 if the pedal is lost.
   double value() noexcept;
   bool lost() const noexcept { return lost_; }
 
@@ -42,9 +42,10 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// "auto" or "": first that opens, or null; else path or serial number. Throws Error.
+/// Opens a pedal by path or serial number; "auto" or "": the first that can be opened, or null. Throws Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
-/// The larger of foot and hand. `open_again` reopens; empty: it stays gone.
+/// Adds the pedal to the hand; the larger of both pedal values counts. `open_again` reopens a lost pedal; empty: it
+/// stays lost.
 std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
                                          std::function<std::unique_ptr<Pedal>()> open_again = {});
 

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// m, a resting arm; hands tremble more
+// Largest motion of a resting arm, m; a hand that holds it moves more.
 constexpr double kStill = 1e-4;
 
 }  // namespace
@@ -27,7 +27,7 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
   if (!options_.sleep_until) options_.sleep_until = [](Nanos t) { typodont::sleep_until(t); };
 }
 
-/// On the reopener's thread. Throws while missing.
+/// Opens the device again, on the reopener's thread. Throws while the device is missing.
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
@@ -35,7 +35,8 @@ std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
     throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;
-  // Encoders count from here, so it must rest in its home position; a hand moves more than kStill.
+  // The encoders count from the pose at opening, so the arm must rest in its home position; a hand would move it more
+  // than kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;
@@ -69,7 +70,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
     due_ = options_.clock();
     reopener_.want(std::move(device_));
   }
-  // Time goes on, the hand stays.
+  // While the device is missing, time advances and the hand keeps its pose.
   due_ += from_seconds(1 / info_.rate);
   options_.sleep_until(due_);
   faults_ = bits(Fault::kDeviceLost);

@@ -1,5 +1,5 @@
-// A hand that may be unplugged and return. Meanwhile: last pose, released pedal, Fault::kDeviceLost. It returns through
-// open_hand(), so no force until free of contact. Time goes on.
+// A hand whose device may be unplugged and plugged in again. Meanwhile it reports the last pose, a released pedal and
+// Fault::kDeviceLost. open_hand() opens the device again, so it gives no force until it is free of contact.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,13 @@ namespace typodont::haptics {
 class ReconnectingDevice : public HapticDevice {
  public:
   struct Options {
-    std::function<Nanos()> clock;            // returns the present time; if empty, now() is used
+    std::function<Nanos()> clock;            // returns the current time; if empty, now() is used
     std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, sleep_until() is used
     std::chrono::milliseconds retry{500};
-    // ns of rest before encoders that count from there
+    // Time that a device must rest after opening, if its encoders count from the pose at opening, ns.
     Nanos rest = 2 * kNanosPerSecond;
   };
-  /// `open` throws while it is missing.
+  /// `open` opens the device again; throws while it is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
                      Options options);
 
@@ -32,7 +32,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Servo thread; others call the inner safety layer.
+  /// Servo thread only; other threads call the safety layer inside.
   void release() noexcept override {
     if (device_) device_->release();
   }

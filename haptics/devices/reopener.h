@@ -1,4 +1,4 @@
-// Reopens a lost device on a thread: the servo must not wait or allocate.
+// Reopens a lost device on a separate thread, because the servo must not wait or allocate.
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,11 @@
 
 namespace typodont::haptics {
 
-/// One thread: want() with the lost object, then take() until it is back.
+/// Used by one thread: it passes the lost object to want(), then calls take() until a new object is there.
 template <class T>
 class Reopener {
  public:
-  /// `open`: null or throws while missing; twice per second.
+  /// `open` returns null or throws while the device is missing; it is called twice per second.
   explicit Reopener(std::function<std::unique_ptr<T>()> open,
                     std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
@@ -30,9 +30,10 @@ class Reopener {
   Reopener(const Reopener&) = delete;
   Reopener& operator=(const Reopener&) = delete;
 
-  /// Closed by the other thread, because closing may block. Never blocks or allocates.
+  /// Passes the lost object to the reopening thread, which closes it, because closing may block. Never blocks or
+  /// allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    // Normally nothing: want() follows take().
+    // Normally deletes nothing, because take() was called before.
     delete dead_.exchange(dead.release());
     wanted_.store(true);
     wake_.notify_all();  // even if the thread misses this notification, it checks regularly
@@ -51,7 +52,7 @@ class Reopener {
         if (!fresh) continue;
         wanted_.store(false);
         delete fresh_.exchange(fresh.release());
-      } catch (const std::exception&) {  // the device is still missing, so the next attempt follows later
+      } catch (const std::exception&) {  // the device is still missing; the next attempt follows later
       }
     }
   }

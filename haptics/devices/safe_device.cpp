@@ -14,10 +14,10 @@ namespace typodont::haptics {
 
 namespace {
 
-// s between samples; more: clock jump or stopped loop
+// Longest plausible time between two samples, s; a longer one is a clock jump or a stopped loop.
 constexpr double kLongestGap = 0.1;
 constexpr double kNoise = 5e-4;             // m, noise of a resting hand
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns, watchdog without force
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns, interval of the watchdog's checks without force
 constexpr double kPedalReleased = 0.05;
 
 std::atomic<bool> all_stopped{false};
@@ -44,11 +44,11 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     install_exit_guard();
     if (options_.watchdog_thread) {
       watchdog_ = std::thread([this] {
-        // Above the servo, but asleep.
+        // Higher priority than the servo; the thread mostly sleeps.
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // A clock jump must not lengthen the sleep.
+          // If the clock jumps, the sleep must not become longer.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -94,14 +94,14 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // Again and again: the servo may have sent a force after the watchdog's zero.
+  // Repeats zero force, because the servo may have sent a force after the watchdog's zero.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // A write in the future: the clock was set back; as a long silence.
+  // If the last write lies in the future, the clock was set back; this counts as a missing write.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -174,11 +174,11 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // First the time: if stopped now, the watchdog already knows.
+  // Stores the time first: if the thread is stopped during the write, the watchdog knows of the force.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  // the watchdog's zero may precede this force
+  // The watchdog may have sent its zero just before this force, so zero is sent again.
   if (tripped_.load() || forces_forbidden()) device_->release();
 }
 
@@ -197,13 +197,13 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // After the required time free of contact.
+  // Arms the motors after the required time without contact.
   const bool stop = all_stopped.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s that count; beyond two periods, samples are missing
+    // Time that counts as free of contact, s. After more than two periods, samples are missing.
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
@@ -214,7 +214,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (stop) return trip(SafetyEvent::kEmergency);
   gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
 
-  // Each only reduces: the order does not matter.
+  // Each limit only reduces the force, so their order does not matter.
   dvec3 f = f_T_W;
   dvec3 tau = tau_T_W;
   if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {
@@ -233,7 +233,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  // s; at most 5 ms, against a step after a late tick
+  // Duration for the slew limit, s; at most 5 ms, so that a late tick causes no force step.
   const double dt = std::min(dt_, 5e-3);
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {

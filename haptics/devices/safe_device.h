@@ -1,13 +1,12 @@
-// Between the servo and every device with motors; zero force on every fault.
+// Safety layer between the servo and a device with motors. Sets zero force at every fault.
 //
 //   servo ─ write ─▶ finite? armed? ─▶ limits (peak, heat, slew, ramp)   ─▶ device
 //                        ▲                                                    ▲
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
-// After a trip: zero at once. The force returns slowly after a while free of contact (the servo asks for none); the
-// drill
-// when the pedal was released once, too.
+// A trip sets zero force at once. The force returns slowly after the tool was free of contact for a while; the drill
+// also needs a released pedal.
 #pragma once
 
 #include <atomic>
@@ -25,9 +24,9 @@ class SafeDevice : public HapticDevice {
   struct Options {
     SafetyLimits limits;
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
-    std::function<Nanos()> clock;  // returns the present time; if empty, now() is used
+    std::function<Nanos()> clock;  // returns the current time; if empty, now() is used
   };
-  /// The device's limits. Installs the exit guards (device_safety.h).
+  /// Options for the device's own limits. Also installs the exit guard (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -51,14 +50,15 @@ class SafeDevice : public HapticDevice {
   /// Returns all events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// Does the servo write at t? Returns the next check. Watchdog thread, or a test.
+  /// Checks whether the servo still writes at time t; returns the time of the next check. Called by the watchdog thread
+  /// or a test.
   Nanos watch(Nanos t) noexcept;
 
  private:
   void disarm(SafetyEvent event) noexcept;
   void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
-  /// Disarms a late servo, by the watchdog and, if that is late too, by t. Also from read(), or the delay would look
-  /// like a clock fault.
+  /// Disarms the motors if the servo was late: the watchdog has noticed it, or the time t shows it. read() calls it
+  /// too, because the delay would otherwise look like a clock fault.
   void notice_delay(Nanos t) noexcept;
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;
@@ -86,10 +86,10 @@ class SafeDevice : public HapticDevice {
   bool pedal_locked_ = true;
   double pedal_held_ = 0;
 
-  // The servo thread and the watchdog thread use the following members.
+  // The servo and watchdog threads use the following members.
   std::atomic<std::uint32_t> events_{0};
   std::atomic<bool> force_out_{false};  // true if the device may be applying a force
-  std::atomic<bool> tripped_{false};    // the watchdog sent zero force, and the servo does not know yet
+  std::atomic<bool> tripped_{false};    // the watchdog sent zero force, and the servo has not noticed it yet
   std::atomic<Nanos> last_write_{0};
   std::atomic<bool> ending_{false};
   std::thread watchdog_;

@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// By name or number; NaN: none. Without names, any number.
+/// Index of a tool by name or number; NaN: no such tool. Without names, any number is accepted.
 double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
   const auto named = std::find(tools.begin(), tools.end(), cell);
   if (named != tools.end()) return static_cast<double>(named - tools.begin());
@@ -61,7 +61,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
     }
-    constexpr double kMaxStart = 60;  // s
+    constexpr double kMaxStart = 60;  // s, latest time of the first row
     if (path.rows.empty() && out.t > kMaxStart) {
       table.fail(i, "t_s", fmt::format("{}", out.t),
                  fmt::format("at most {} s in the first row: times from the beginning of the session", kMaxStart));
@@ -90,7 +90,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 
 namespace {
 
-/// Sample i at i / rate.
+/// Times of the samples: sample i at i / rate.
 class Ticker {
  public:
   Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
@@ -132,7 +132,7 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// Relative to HAND.json.
+/// Path of the motion file, relative to HAND.json.
 std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
   const std::filesystem::path path = json["path"].string();
   return path.is_relative() ? file.parent_path() / path : path;
@@ -154,8 +154,8 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Four implicit steps, stable for any stiffness and rate; displacement by the mean velocity, exact for constant
-      // force. So a stiff wall becomes unstable where theory says.
+      // Four implicit steps, stable for any stiffness and rate. The displacement uses the mean velocity, so it is exact
+      // for a constant force. A stiff wall then becomes unstable exactly where theory predicts it.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

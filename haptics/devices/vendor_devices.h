@@ -1,5 +1,5 @@
-// Devices of a vendor's library, described only while open: each is opened briefly, never beside one in use, which
-// describes itself.
+// Descriptions of the devices of a vendor's library, which describes a device only while it is open. So each device is
+// opened briefly. While one is in use, none is opened, and the device in use describes itself.
 #pragma once
 
 #include <functional>
@@ -14,18 +14,18 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// `plain`: known without opening; `ask` opens device i, describes and closes it; a failure is asked again next time;
-  /// exceptions pass.
+  /// Lists the devices. `plain`: what is known without opening. `ask` opens device i, describes it and closes it. If it
+  /// fails, the next call asks again; exceptions are passed on.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
-  /// While this process has one open.
+  /// Exists while this process has a device open.
   class Use {
    public:
     explicit Use(VendorDevices& devices);
     ~Use();
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
-    /// Stores the description that the device reported when it was opened.
+    /// Stores the description that the device reported when opened.
     void is(const FoundDevice& device);
 
    private:
@@ -35,7 +35,7 @@ class VendorDevices {
  private:
   std::mutex mutex_;
   int in_use_ = 0;
-  // at the last search; a change makes descriptions invalid
+  // Number of devices at the last search; if it changes, the descriptions are invalid.
   std::size_t plugged_in_ = 0;
   std::map<std::string, FoundDevice> known_;  // descriptions of the known devices by address
 };

@@ -19,7 +19,7 @@ VendorLibrary::VendorLibrary(std::initializer_list<const char*> names, const std
   throw Error(tried, "", "not installed", what_to_install);
 }
 
-// Not closed: vendors' threads run on.
+// The library is not closed, because threads of the vendor may still run in it.
 VendorLibrary::~VendorLibrary() = default;
 
 bool VendorLibrary::present(std::initializer_list<const char*> names) {

@@ -1,4 +1,4 @@
-// Loaded at run time if installed; never linked or shipped.
+// A vendor's library that is loaded at run time if it is installed; never linked or shipped.
 #pragma once
 
 #include <initializer_list>
@@ -8,7 +8,7 @@ namespace typodont::haptics {
 
 class VendorLibrary {
  public:
-  /// First of `names` that exists; else Error with what to install.
+  /// Loads the first of `names` that exists. Otherwise throws Error that says what to install.
   VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install);
   VendorLibrary(const VendorLibrary&) = delete;
   VendorLibrary& operator=(const VendorLibrary&) = delete;

@@ -20,7 +20,7 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  // the command for zero force; the array is large enough for a frame to a WebSocket service
+  // Bytes of the command for zero force; large enough for a frame to a WebSocket service.
   std::array<std::uint8_t, 320> bytes{};
   std::size_t size = 0;
 };
@@ -50,15 +50,13 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     return;
   }
 
-  // The following code runs in the child process. The parent may have several threads, so the child may make only
-  // system calls.
+  // Code of the child process. The parent may have several threads, so the child may only make system calls.
   ::setsid();  // Ctrl-C and Ctrl-Z on the parent's terminal then do not reach the child
   ::prctl(PR_SET_NAME, "typodont-watch");
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  // Closes all descriptors except those of the device and of the pipe. Otherwise the files of the parent would stay
-  // open after it ends.
+  // Closes all descriptors except those of device and pipe, so that no file of the parent stays open after its end.
   const int low = std::min(descriptor, ends[0]), high = std::max(descriptor, ends[0]);
   if (low > 0) ::close_range(0, static_cast<unsigned>(low - 1), 0);
   if (high > low + 1) ::close_range(static_cast<unsigned>(low + 1), static_cast<unsigned>(high - 1), 0);
@@ -67,22 +65,22 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns, time of the parent's newest write when this process last sent zero force; -1: it has not sent zero force yet.
-  // Zero force is sent again only after a newer write of the parent.
+  // Time of the parent's newest write when this process last sent zero force, ns; -1: not sent yet. Zero is sent again
+  // only after a newer write.
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
     const bool force = shared_->force_out.load(std::memory_order_acquire);
     const int ready = ::poll(&parent, 1, force ? 2 : 10);
     if (ready < 0 && errno == EINTR) continue;
-    if (ready != 0) break;  // the parent process has ended, or it has closed the device
+    if (ready != 0) break;  // the parent process has ended or closed the device
     const Nanos last = shared_->last_write.load(std::memory_order_relaxed);
     if (!force || monotonic() - last < kSilence || last == silent_since) continue;
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // If the parent ended normally, it has sent zero force itself. A second command for zero force does no harm. It is
-  // sent several times, because a full queue may refuse the first write.
+  // Sends zero force, also after a normal end of the parent, where it does no harm. Several times, because a full queue
+  // may refuse the first write.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};

@@ -1,8 +1,5 @@
-// A second process that sends zero force if the program is killed or stopped. device_safety.h sends zero force if the
-// program ends in a way that it can handle itself. But it cannot handle SIGKILL, SIGSTOP or the kernel's out-of-memory
-// killer. In these cases, the last force would stay until the device's own watchdog ends it (0.5 s on the open-hardware
-// arms; unknown behind a service). The watchdog process is a child process that keeps the device open. It waits until
-// its parent ends or stops writing, and then writes the command for zero force.
+// A child process that sends zero force if the program is killed or stopped (SIGKILL, SIGSTOP, out of memory). It waits
+// until its parent ends or stops writing. Without it, the last force would stay until the device's own watchdog acts.
 #pragma once
 
 #include <sys/types.h>
@@ -17,9 +14,8 @@ namespace typodont::haptics {
 
 class WatchdogProcess {
  public:
-  /// Starts the child process at set-up time. `descriptor` is the descriptor of the open device, which the child keeps
-  /// open. If it is negative (simulated links), no child is started. `zero` contains the bytes of the command for zero
-  /// force. If no process can be created, running() returns false.
+  /// Starts the child at set-up. `descriptor`: the open device, which the child keeps open; if negative (simulated
+  /// links), no child starts. `zero`: command for zero force. If no process can be created, running() returns false.
   WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero);
   /// Ends the child process. Call after zero force was sent.
   ~WatchdogProcess();
@@ -28,16 +24,16 @@ class WatchdogProcess {
 
   bool running() const noexcept { return child_ > 0; }
   pid_t child() const noexcept { return child_; }
-  /// Records a write to the device at time t. `force`: true if the written force is not zero. Call with every write.
-  /// Any thread and any signal handler may call it.
+  /// Records a write to the device at time t; call it with every write. `force`: the written force is not zero. Any
+  /// thread or signal handler.
   void note_write(bool force, Nanos t) noexcept {
     if (!shared_) return;
     shared_->last_write.store(t, std::memory_order_relaxed);
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  // Time in ns without a write, while a force is on, after which the child sends zero force. It is five times the time
-  // of the watchdog thread, because the child is only needed if the parent no longer runs.
+  // Time without a write, while a force is on, after which the child sends zero force, ns. Five times that of the
+  // watchdog thread, because the child acts only if the parent no longer runs.
   static constexpr Nanos kSilence = 10'000'000;
 
  private:

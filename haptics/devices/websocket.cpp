@@ -48,7 +48,7 @@ WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const 
   if (!head.starts_with("HTTP/1.1 101") || accept != websocket_accept(key)) {
     throw Error(host, "", head.substr(0, head.find("\r\n")), "a WebSocket server that accepts our key");
   }
-  end_ = answer.size() - (head_end + 4);  // the packet with the answer may also contain the first frames
+  end_ = answer.size() - (head_end + 4);  // the answer's packet may also contain the first frames
   std::memcpy(in_.data(), answer.data() + head_end + 4, end_);
 }
 
@@ -64,8 +64,8 @@ WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload)
     frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
-  // Clients must mask their frames with random bits to protect web proxies (RFC 6455, 5.3). Between two processes of
-  // one computer there is no proxy, so bits of the clock are random enough.
+  // Masks the frame, as a client must, to protect web proxies (RFC 6455, 5.3). Within one computer there is no proxy,
+  // so bits of the clock are random enough.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {
@@ -95,8 +95,7 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
     if (have < 2) return Parsed::kMore;
     const bool last = p[0] & 0x80;
     const std::uint8_t opcode = p[0] & 0x0f;
-    // Frames with reserved bits or with a mask are invalid, because no extensions were requested and servers never mask
-    // their frames.
+    // Frames with reserved bits or a mask are invalid: no extensions were requested, and servers never mask.
     if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;
     std::uint64_t size = p[1] & 0x7f;
     std::size_t head = 2;
@@ -162,8 +161,7 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       end_ -= begin_;
       begin_ = 0;
     }
-    // The buffer holds twice the longest message, and a frame that is too long for a message was refused above. So the
-    // buffer always has space.
+    // The buffer always has space: it holds two messages of maximum length, and longer frames were refused above.
     if (broken_.load()) return Got::kLost;
     const Nanos left = std::min(until - link_->now(), timeout);
     if (read && left <= 0) return Got::kNothing;

@@ -1,5 +1,5 @@
-// A small WebSocket client (RFC 6455) for services on this computer. It supports text messages without extensions and
-// has buffers of fixed size.
+// A small WebSocket client (RFC 6455) for services on this computer: text messages, no extensions, buffers of fixed
+// size.
 #pragma once
 
 #include <array>
@@ -22,17 +22,15 @@ class WebSocket {
   WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
 
   enum class Got { kMessage, kNothing, kLost };
-  /// Waits up to `timeout` (ns) for the next complete text message, which is valid until the next call. Returns
-  /// kNothing if no message came; with a timeout of 0, only data that has already arrived is used. Answers the newest
-  /// ping once (RFC 6455, 5.5.3). A closing frame, a message that is too long or an invalid frame counts as a lost
-  /// connection. Servo thread; never allocates.
+  /// Waits up to `timeout` (ns) for the next text message, valid until the next call. Answers the newest ping once (RFC
+  /// 6455, 5.5.3). A closing, invalid or too long frame counts as a lost connection. Servo thread only.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
   static constexpr std::size_t kLongestSent = 1000;
-  /// Sends a text as one frame with one system call. The text may have at most kLongestSent bytes. Any thread or signal
-  /// handler may call it. If the frame cannot be sent completely, the connection counts as lost.
+  /// Sends a text of at most kLongestSent bytes as one frame with one system call. If it cannot be sent completely, the
+  /// connection counts as lost. Any thread or signal handler.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
-  /// Returns the text as a complete frame, which a watchdog process (watchdog_process.h) can send.
+  /// Returns the text as a complete frame, for a watchdog process (watchdog_process.h).
   std::vector<std::uint8_t> frame_of(std::string_view text);
   int descriptor() const noexcept { return link_->descriptor(); }
 
@@ -56,7 +54,7 @@ class WebSocket {
   static constexpr std::size_t kLongestPing = 125;
   std::array<char, kLongestPing> ping_{};  // content of the newest ping that was not yet answered
   std::size_t ping_size_ = 0;
-  bool pinged_ = false;  // true if ping_ contains a ping that was not yet answered
+  bool pinged_ = false;  // true: ping_ contains a ping without answer
   std::atomic<bool> broken_{false};
 };
 

@@ -1,4 +1,4 @@
-// Reads, repairs and closes the surface of an intraoral scan. Not for real time; throws Error.
+// Reads the surface of an intraoral scan, repairs it and closes it with a base. Not for real time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,16 @@ namespace typodont::haptics::importing {
 
 struct ArchSurface {
   Mesh mesh;  // a closed mesh whose triangles face outward
-  // Triangles of the scanned surface with closed holes; those of the base follow.
+  // Number of triangles of the scanned surface, including closed holes; the triangles of the base follow them.
   std::size_t scanned = 0;
-  // Unit vector to the teeth, away from the border or the flat base; zero: unknown.
+  // Unit vector towards the teeth, away from the scan's border or flat base; zero if unknown.
   dvec3 up{0};
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
-  std::vector<dvec3> repaired;       // m, points at which the mesh was repaired (MeshRepairs::places)
+  std::vector<dvec3> repaired;       // points at which the mesh was repaired, m (MeshRepairs::places)
 };
 
-/// Removes loose pieces, closes holes, adds a base below the longest border. Of `options`: mesh_unit and mesh_pose.
+/// Removes loose pieces, closes holes, and adds a base below the longest border. Uses only the options mesh_unit and
+/// mesh_pose.
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// Samples lo … lo + n − 1, z fastest; outside the box the nearest one.
+// Copies the samples lo … lo + n − 1 to `to`, z fastest. Outside the box, the nearest sample counts.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -36,11 +36,11 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // Samples along z copied together; a single one outside the box.
+        // Number of samples along z that are copied together; outside the box, one at a time.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           const T* from = &g.v[static_cast<std::size_t>(i)];
-          // A constant length needs no call of memmove.
+          // With a constant length, the compiler does not call memmove.
           if (run == kEdge)
             std::copy_n(from, kEdge, to);
           else
@@ -55,7 +55,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
   }
 }
 
-// As gather(), faster: a small `n` meets at most two blocks per axis.
+// Same result as gather(), but faster: a small `n` meets at most two blocks per axis.
 template <int n, class T>
 void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
   static_assert(n <= kEdge);
@@ -79,9 +79,9 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
     }
     return;
   }
-  // 2 × 2 × 2 blocks, z fastest; null: not stored
+  // The 2 × 2 × 2 blocks, z fastest; null: not stored.
   const T* stored[8] = {};
-  T common[8] = {};  // of blocks not stored
+  T common[8] = {};  // value of blocks that are not stored
   for (int k = 0; k < 8; ++k) {
     const glm::ivec3 next(k >> 2, k >> 1 & 1, k & 1);
     if (glm::any(glm::greaterThanEqual(next * kEdge, in + n))) continue;
@@ -113,7 +113,7 @@ struct Kernel {
   }
 };
 
-// `a`, `b`: buffers shared by all blocks.
+// Smooths one block along each axis. `a`, `b`: buffers that all blocks share.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -123,7 +123,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // `length` weighted sums: samples `stride` apart, results contiguous.
+  // Computes `length` weighted sums of samples that are `stride` apart; the results are contiguous.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {
@@ -190,8 +190,8 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Flood fill of a mask. Blocks not stored, and full ones (face connection only), take one step. Stack: sample index, or
-// −1 − block index.
+// Flood fill of a mask. Blocks that are not stored, and full blocks (if only faces connect), take one step. The stack
+// contains sample indices, or −1 − block index.
 class Spread {
  public:
   Spread(const SparseMask& mask, bool corners, Sparse<std::int32_t>& label, std::vector<std::int32_t>& block_label)
@@ -213,7 +213,7 @@ class Spread {
     }
   }
 
-  /// Or its whole block, if not stored.
+  /// Visits a sample, or its whole block if the block is not stored.
   void visit(const glm::ivec3& p, std::int32_t id) {
     const std::ptrdiff_t i = label_.index(p);
     if (i >= 0) {
@@ -282,7 +282,8 @@ class Spread {
   std::vector<std::ptrdiff_t> stack_;
 };
 
-// Part of a mask connected over faces to the walls. A row of 16 samples along z is one word.
+// Finds the part of a mask that is connected over faces to the walls of the box. A row of 16 samples along z is stored
+// in one word.
 class WallFlood {
  public:
   explicit WallFlood(const SparseMask& open)
@@ -351,7 +352,7 @@ class WallFlood {
     queue_.push_back(block);
   }
 
-  // Reached samples beyond a face, as 16 rows; all are beyond the walls.
+  // Reached samples in the plane beyond a face of a block, as 16 rows. Beyond the walls of the box, all are reached.
   std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
     std::array<Row, kEdge> face;
     glm::ivec3 next = block;
@@ -381,7 +382,7 @@ class WallFlood {
     return face;
   }
 
-  // Floods a block from its neighbours. True: it reached new samples.
+  // Floods a block from its neighbours. Returns true if it reached new samples.
   bool enter(const glm::ivec3& block) {
     const std::size_t b = index(block);
     const std::int32_t slot = set_.slot[b];
@@ -434,7 +435,7 @@ class WallFlood {
     return true;
   }
 
-  // Along the row through `open`, both ways (Kogge–Stone prefix).
+  // Fills along the row through open samples in both directions (Kogge–Stone prefix).
   static unsigned filled(unsigned word, unsigned open) {
     if (word == 0 || word == open) return word;
     unsigned up = open, down = open, raised = word, lowered = word;
@@ -449,7 +450,7 @@ class WallFlood {
 
   const SparseMask& open_;
   const BlockSet& set_;
-  std::vector<Rows> passable_, reached_;              // of the mask; reached so far
+  std::vector<Rows> passable_, reached_;              // samples in the mask; samples reached so far
   std::vector<std::uint8_t> block_reached_, queued_;  // for each block of the box
   std::vector<glm::ivec3> queue_;
 };
@@ -569,7 +570,8 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // Products of centred Gaussians integrate to (2π·v)^(−3/2), v = times · sigma², the sum of variances.
+  // The integral of a product of centred Gaussians is (2π·v)^(−3/2), where v is the sum of their variances: times ·
+  // sigma².
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
@@ -603,7 +605,8 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
   return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
-// From one plane's distances to the next; 0 in the mask, at most `most`. No branches: vectorises.
+// Computes the distance to the mask in the next plane from that in the last one: 0 in the mask, at most `most`. Without
+// branches, so that it vectorises.
 template <class Along>
 void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Along* distance) {
   for (std::size_t j = 0; j < samples; ++j) {
@@ -613,11 +616,11 @@ void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Alo
   }
 }
 
-// `Along`, `Squared`: integers, as short as possible for more lanes.
+// Squared distance to the mask. `Along` and `Squared` are integer types, as short as possible, for more SIMD lanes.
 template <class Along, class Squared>
 Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // Beyond `reach`: above 3 reach²; kFar + 2 reach² must not overflow.
+  // Value beyond `reach`: larger than 3 reach²; kFar + 2 reach² must not overflow.
   constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
@@ -644,7 +647,7 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
     of_second.resize(plane * row);
     along_x.resize(plane * (kEdge + 1));
     Squared *a = of_first.data(), *b = of_second.data();
-    // Along x: distance to the mask in the planes before, forwards and then backwards.
+    // Along x: distance to the mask in the planes before (first pass) and after (second pass).
     Along *up = along_x.data(), *from = up + plane * kEdge;
     const auto beyond = static_cast<Along>(reach + 1);
     std::fill_n(from, plane, beyond);
@@ -687,15 +690,16 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
 }
 
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
-  constexpr int kShort = 64;  // voxels, for the short integers of distance_squared()
+  constexpr int kShort = 64;  // voxels, largest reach for the short integers of distance_squared()
   return reach <= kShort ? distance_squared<std::uint8_t, std::int16_t>(mask, reach)
                          : distance_squared<std::uint16_t, std::int32_t>(mask, reach);
 }
 
-// `read(x, y)`: one byte per sample along z. Over faces, or with `corners` also edges and corners.
+// Finds bodies that are connected over faces; `corners`: also over edges and corners. `read(x, y)`: one byte per sample
+// along z.
 template <class Read>
 static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
-  // Samples in a row along z; touching runs are joined (union–find).
+  // A run of consecutive samples along z. Touching runs are joined (union–find).
   struct Run {
     int x, y, begin, end;
     std::size_t bright;
@@ -707,7 +711,7 @@ static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read re
     return r;
   };
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
-  const int apart = corners ? 1 : 0;  // gap along z of touching runs
+  const int apart = corners ? 1 : 0;  // allowed gap between touching runs along z
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {
@@ -764,7 +768,8 @@ std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, i
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
-  // of the largest body's voxels: a splinter; of the most bright voxels: has teeth
+  // A body with less than kSplinter of the largest body's voxels is a splinter. One with kBright of the highest number
+  // of bright voxels has teeth.
   constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, most_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);

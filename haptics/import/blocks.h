@@ -1,4 +1,4 @@
-// Samples stored only near a body: memory follows the body, not its box.
+// Sparse volumes: samples are stored only near a body, so the memory depends on the size of the body, not of its box.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -15,7 +15,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Blocks of 16³ samples; those not stored lie wholly outside or inside.
+/// The stored blocks of 16³ samples of a box. Blocks that are not stored lie completely outside or completely inside
+/// the body.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
@@ -23,12 +24,12 @@ struct BlockSet {
 
   glm::ivec3 size{0};   // size of the box in samples
   glm::ivec3 count{0};  // size of the box in blocks
-  // per block, z fastest: index among the stored ones, kOutside or kInside
+  // For each block of the box (z runs fastest): its index among the stored blocks, or kOutside or kInside.
   std::vector<std::int32_t> slot;
   std::vector<glm::ivec3> first;  // position of the first sample of each stored block
 
   BlockSet() = default;
-  /// `wanted`: one byte per block, z fastest.
+  /// `wanted`: for each block one byte, which is not zero if the block is stored; z runs fastest.
   BlockSet(const glm::ivec3& size, const std::vector<std::uint8_t>& wanted);
   static glm::ivec3 blocks_of(const glm::ivec3& size) { return (size + kEdge - 1) / kEdge; }
 
@@ -44,17 +45,17 @@ struct BlockSet {
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
-  /// Position of the stored sample i.
+  /// Position in the box of stored sample i.
   glm::ivec3 place(std::size_t i) const {
     const auto k = static_cast<int>(i % kSamples);
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
   }
 };
 
-/// Marked blocks and all that touch one.
+/// Returns the marked blocks and all blocks that touch them.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// Uninitialised: a page is first written by, and so lies near, the thread that uses it.
+/// Allocator that leaves values uninitialised. A memory page then lies near the thread that first writes to it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -71,7 +72,7 @@ struct NoInitialValue : std::allocator<T> {
   }
 };
 
-/// Values of stored blocks, one common value outside and one inside.
+/// Values of the stored blocks, with one common value for all blocks outside and one for all blocks inside.
 template <class T>
 struct Sparse {
   std::shared_ptr<const BlockSet> set;
@@ -89,7 +90,7 @@ struct Sparse {
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
-  /// Negative: not stored.
+  /// Index of a stored sample; negative: it is not stored.
   std::ptrdiff_t index(const glm::ivec3& p) const {
     const std::int32_t slot = set->slot[set->block(p)];
     return slot < 0
@@ -105,7 +106,7 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// work(position, index) for every stored sample, on all cores.
+/// Calls work(position, index) for every stored sample, on all cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
   tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
@@ -119,7 +120,8 @@ void for_each_sample(const BlockSet& set, Work work) {
   });
 }
 
-/// Samples with test(index, position).
+/// Mask of the stored samples for which test(index, position) is true. `outside`, `inside`: values of blocks that are
+/// not stored.
 template <class Test>
 SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool inside, Test test) {
   SparseMask mask(set, outside, inside);
@@ -127,31 +129,31 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// Trilinear, tricubic; outside the box the nearest point's value.
+/// Interpolation at p: trilinear, and tricubic with the gradient. Outside the box, the value at its nearest point.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// `sigma` in voxels; stored samples only.
+/// Smooths with a Gaussian, only stored samples. `sigma`: voxels.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Kernel (1 + c) G − c G∗G, c = 1 + (blur / sigma)² ≤ 3. Its second moment −blur² moves curved iso-surfaces, displaced
-/// by blur² · mean curvature, back to second order.
+/// Smooths with the kernel (1 + c) G − c G∗G, c = 1 + (blur / sigma)² ≤ 3. Blur has displaced curved iso-surfaces by
+/// blur² · mean curvature; the kernel's second moment −blur² moves them back, to second order.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// c of smooth_in_place().
+/// The factor c of smooth_in_place().
 double sharpening(double sigma, double blur);
-/// Factor of white noise's σ in smooth_in_place().
+/// Factor of smooth_in_place() on white noise's standard deviation.
 double noise_left(double sigma, double blur);
 
-/// Blocks (bytes, z fastest) with a sample above `bound` after smoothing by `sigma` (voxels).
+/// Marks blocks (one byte each, z runs fastest) that contain a sample above `bound` after smoothing. `sigma`: voxels.
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// Smallest (ball_max: largest) value in a ball of `radius` voxels, for samples in `wanted`.
+/// Smallest (ball_max: largest) value within `radius` voxels of each sample in `wanted`.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// voxels²; very large beyond `reach` along an axis.
+/// Squared distance to the mask in voxels²; very large if the mask is farther than `reach` along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// A connected component of a dense mask.
@@ -161,34 +163,35 @@ struct Body {
   glm::ivec3 lo{0}, hi{-1};  // first and last sample of the component's bounding box
 };
 inline constexpr std::uint8_t kBrightVoxel = 2;
-/// Connected over faces.
+/// Finds the bodies: components whose samples are connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
-/// Over faces, edges and corners. `read(x, y, row)`: one byte per sample along z.
+/// Counts bodies that are connected over faces, edges or corners. `read(x, y, row)` writes one byte per sample along z.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
-/// Largest body with teeth (a tenth of the most bright voxels, at least `least_bright`), else the largest. Splinters do
-/// not count. 0: no body.
+/// Returns the index of the largest body with teeth, or else of the largest body; 0 if there is none. A body has teeth
+/// if its bright voxels number at least `least_bright` and a tenth of the most that a body has.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
-/// Fraction of the box in blocks of the mask and their neighbours.
+/// Fraction of the box in blocks that contain samples of the mask, and in their neighbour blocks.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {
-  // 1, 2, …; 0 outside the mask; undefined where not stored
+  // Number of the component, from 1; 0 outside the mask; undefined for samples that are not stored.
   Sparse<std::int32_t> label;
-  std::vector<std::size_t> voxels;  // element 0 unused
-  // component of blocks not stored, indexed as BlockSet::slot
+  std::vector<std::size_t> voxels;  // number of voxels of each component; element 0 is unused
+  // For blocks that are not stored: number of their component. Same indices as BlockSet::slot.
   std::vector<std::int32_t> blocks;
   std::int32_t largest() const;  // number of the largest component; 0 if there is none
 };
-/// Over faces, or with `corners` also edges and corners; blocks not stored only over faces.
+/// Components connected over faces; `corners`: also over edges and corners. Blocks that are not stored connect only
+/// over faces.
 SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // blocks not stored, as BlockSet::slot: 1 if connected to the walls
+  // For blocks that are not stored, with the indices of BlockSet::slot: 1 if connected to the walls of the box.
   std::vector<std::uint8_t> blocks;
 };
-/// Part of `open` connected to the walls.
+/// Part of the mask `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);
 
 }  // namespace typodont::haptics::importing

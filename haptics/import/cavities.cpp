@@ -52,7 +52,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   }
 
   const Sparse<float> clearance = distance_squared_to(solid, static_cast<int>(widest_mouth) + 1);
-  // Longer steps above kFine: the rim of a mouth is known.
+  // Above kFine, the radius grows in longer steps, because the rim of a wide mouth need not be exact.
   constexpr double kFine = 8;  // voxels
   for (double r = 1; r <= widest_mouth; r += r < kFine ? 0.5 : 0.15 * r) {
     const SparseMask roomy = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
@@ -65,7 +65,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       return outside.v[i] && !hollow.v[i] && !cavity.v[i] && from_centre.v[i] > static_cast<float>((r + 1) * (r + 1));
     });
     const SparseComponents parts = components(pocket);
-    // A pocket with air (maxillary sinus) is no cavity of a bone.
+    // A pocket with air (maxillary sinus) is not a cavity of the bone.
     const std::vector<bool> holds_air = tooth ? std::vector<bool>(parts.voxels.size(), false) : hollows(parts);
     std::vector<Contacts> faces(parts.voxels.size());
     for (std::size_t i = 0; i < pocket.v.size(); ++i) {
@@ -90,7 +90,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // Only the mouth of a cavity found with a smaller ball.
+      // The pocket is only the mouth of a cavity that was found with a smaller ball.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !holds_air[id] && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }

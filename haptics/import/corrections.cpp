@@ -33,7 +33,7 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return least;
 }
 
-/// Grey values decide between enamel and dentin, cortical and cancellous bone.
+/// Tissue of a kind at a sample. Its grey value decides between enamel and dentin, or cortical and cancellous bone.
 Tissue tissue_of(const Imported& imported, LabelKind kind, std::size_t at) {
   const double grey = imported.grey.empty() ? imported.report.kinds.cortical : static_cast<double>(imported.grey[at]);
   switch (kind) {
@@ -93,7 +93,7 @@ void for_each_in(const VoxelBox& box, Work work) {
   }
 }
 
-/// `solid`: signed distance, m. Samples near the new surface keep their labels.
+/// Removes tissue in `solid` (signed distance, m). Samples near the new surface keep their labels.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -123,7 +123,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // voxels from a wall, where tissue has no surface
+    // Distance from a wall of the box within which no tissue is added, voxels, because tissue has no surface there.
     constexpr double kWall = 3;
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
@@ -148,7 +148,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // Mean with the neighbours, for less noise.
+  // Mean of a sample and its neighbours, to reduce noise.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -172,7 +172,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     for (const glm::ivec3& f : kFaces) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
-      // A mesh has no grey values: by the first sample's label.
+      // Without grey values (mesh), samples with the label of the seed are similar.
       const bool similar =
           imported.grey.empty() ? t.tissue[at(q)] == t.tissue[at(start)] : std::abs(grey(q) - middle) <= limit;
       if (!similar) continue;
@@ -180,7 +180,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The border is blurred: grows by a sample of any label of the part, so also just outside the surface.
+  // The border is blurred, so the part grows by one sample. Only labels that occur in the part are included; this can
+  // add samples just outside the surface.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -197,7 +198,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // The border lies half a voxel outside the part. Smoothed, because samples form steps.
+  // The border lies half a voxel outside the part's samples. It is smoothed, because samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);
@@ -258,7 +259,7 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Plane at the centre's signed distance.
+    // Fraction of the voxel inside, as if the surface were a plane at the distance of its centre.
     const double fraction = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += fraction * voxel * voxel * voxel;
   }

@@ -1,5 +1,5 @@
-// Brush and seeds on imported tissue. m, in the file's coordinates before ImportOptions::turn. Any thread, one at a
-// time.
+// Corrections of imported tissue with a brush or from seed points. Positions in m, in the file's coordinates before
+// ImportOptions::turn. Any thread, but one at a time.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@ namespace typodont::haptics {
 
 struct Imported;
 
-/// Grey values decide between enamel and dentin, cortical and cancellous bone (ImportReport::kinds). Canals are pulp,
-/// metal amalgam, as in jaws.
+/// What a correction sets. Grey values decide between enamel and dentin, and between cortical and cancellous bone
+/// (ImportReport::kinds). A canal becomes pulp and metal amalgam, as in the import of a jaw.
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// Volume within `radius` of a polyline. kNothing removes; otherwise relabels, and without `only_tissue` also adds,
-/// except within three voxels of the box's walls.
+/// Brush stroke: the volume within `radius` of a polyline. kNothing removes tissue; other kinds change labels, and
+/// without `only_tissue` also add tissue, except within three voxels of the box's walls.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
@@ -26,8 +26,8 @@ struct LabelStroke {
   bool only_tissue = true;
 };
 
-/// Connected part around `point` of similar grey values (fuzzy connectedness, Udupa & Samarasekera 1996): within
-/// `tolerance` × contrast of softer tissue and surroundings, up to `reach`.
+/// Seed: the connected region around `point` with similar grey values (fuzzy connectedness, Udupa & Samarasekera 1996),
+/// up to `reach`. `tolerance`: allowed difference as a fraction of the contrast between softer tissue and surroundings.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
   dvec3 point{0};       // m, position from which the corrected part grows
@@ -37,22 +37,22 @@ struct LabelSeed {
 
 using Correction = std::variant<LabelStroke, LabelSeed>;
 
-/// Samples of a box, before or after.
+/// Samples of a box, copied before or after a correction.
 struct BoxContent {
   VoxelBox box;  // the box; empty if the correction changed nothing
   std::vector<float> distance;
   std::vector<Tissue> tissue;
-  std::vector<std::uint8_t> hardness;  // empty without hardness
+  std::vector<std::uint8_t> hardness;  // empty if the tissue has no hardness
 };
 
-/// Returns the box as it was. Added tissue has an exact surface, but lower bounds inside. Throws Error for a radius or
-/// reach below half a voxel.
+/// Applies a correction, and returns the box's content before it. Added tissue has exact distances outside and lower
+/// bounds inside. Throws Error if radius or reach is below half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
-/// Undoes, and the next call repeats.
+/// Exchanges the box's content with `content`: the first call undoes a correction, the next one repeats it.
 void exchange(Imported& imported, BoxContent& content);
 
-/// m³ by tissue, partial voxels as in ImportReport::volume.
+/// Volume of each tissue in a box, m³. Partial voxels count as in ImportReport::volume.
 PerTissue volumes_in(const DenseTissue& tissue, const VoxelBox& box);
 PerTissue volumes_in(const BoxContent& content, double voxel);
 

@@ -11,19 +11,19 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Negative: no such sample.
+// Index of a sample; negative: it is outside the box or not stored.
 template <class T>
 std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
 
-// visit(index, position) for p and its 26 neighbours that are stored, x in x_lo … x_hi − 1.
+// Calls visit(index, position) for the stored samples among p and its 26 neighbours, with x in x_lo … x_hi − 1.
 template <class T, class Visit>
 void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
   const BlockSet& set = *g.set;
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
-  // First samples of the at most eight blocks, z fastest; negative: not stored.
+  // Index of the first sample of each of the at most eight blocks, z fastest; negative: not stored.
   constexpr int kEdge = BlockSet::kEdge;
   const glm::ivec3 first = lo & ~(kEdge - 1);
   std::ptrdiff_t start[8];
@@ -46,8 +46,8 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   }
 }
 
-// Passes nearest features on from `seeds`, nearest first, within planes x_lo … x_hi − 1. Buckets of `step` / 4:
-// constant time.
+// Propagates the nearest feature from `seeds` to their neighbours, nearest first, in the planes x_lo … x_hi − 1.
+// Buckets of width `step` / 4 replace a priority queue.
 template <class SquaredFrom>
 void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
                       int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
@@ -75,7 +75,7 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
         nearest.v[j] = d;
         feature.v[j] = f;
         unpropagated[j] = 1;
-        // Earlier buckets are done.
+        // Earlier buckets are already processed.
         const auto into = std::max(b, static_cast<std::size_t>(d / width));
         if (into < buckets.size()) buckets[into].push_back(j);
       });
@@ -84,12 +84,12 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
   }
 }
 
-// Nearest feature within `band`. `squared_from(feature)`: squared distance in the caller's units. Slabs in parallel,
-// then across their borders.
+// Finds the nearest feature of each sample within `band`. `squared_from(feature)`: returns a function for the squared
+// distance from the feature. Slabs are processed in parallel, then their borders.
 template <class SquaredFrom>
 void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
                SquaredFrom squared_from) {
-  // samples along an axis
+  // Number of samples that the band covers along an axis.
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = feature.set->size.x, slabs = (x_size + slab - 1) / slab;
@@ -97,7 +97,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
-  // not yet passed on
+  // 1: the sample's feature has not been propagated to its neighbours yet.
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
@@ -115,7 +115,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   });
 }
 
-// Newton along the gradient to phi = 0; false: flat, or no convergence.
+// Moves x along the gradient to phi = 0 with Newton's method. Returns false if phi is flat, or without convergence.
 bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
@@ -130,7 +130,7 @@ bool project(const Sparse<float>& phi, glm::dvec3& x) {
   return std::abs(sample_cubic(phi, x).value) < 1e-3;
 }
 
-// From the surface point x; false: no convergence.
+// Moves the surface point x to the surface point closest to q. Returns false without convergence.
 bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
   double damping = 1;
   double before = std::numeric_limits<double>::infinity();
@@ -146,7 +146,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // Near the centre of curvature, the tangential step is too long.
+    // Near a centre of curvature, the tangential step is too long, so it is damped.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -157,7 +157,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
   return false;
 }
 
-// Grid lines' crossings, moved onto the tricubic interpolant.
+// Crossings of the grid lines with the surface, moved onto the tricubic interpolant.
 std::vector<glm::vec3> crossings(const Sparse<float>& phi) {
   const BlockSet& set = *phi.set;
   std::vector<std::vector<glm::vec3>> found(set.first.size());
@@ -240,11 +240,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, squared_from);
 
-  // The surface's nearest point usually lies between crossings.
+  // The nearest point on the surface usually lies between the crossings, so it is refined.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // Far away: the linear interpolant has the right sign.
+    // Far from the surface, the linear interpolant already has the right sign.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
@@ -266,10 +266,10 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Takes a neighbour's point if it is nearer.
+  // Takes the closest point of a neighbouring sample if it is nearer.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // Separate, because threads read each other's samples.
+    // Stored separately first: threads read each other's samples.
     struct Better {
       std::size_t sample;
       float distance;
@@ -310,7 +310,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
 }
 
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
-  // Voronoi regions (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+  // Tests the Voronoi regions of the triangle (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
   const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return t.a;
@@ -333,7 +333,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
 
 WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // A tiny irrational shift: some meshes have vertices on the grid.
+  // Shifts the grid lines by a tiny irrational amount, because some meshes have vertices exactly on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   struct OfLine {
     std::uint32_t line;
@@ -368,7 +368,7 @@ WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Tria
       }
     }
   }
-  // Counting sort by line, then along each line.
+  // Sorts the crossings by line, then along each line.
   Lines lines;
   const std::size_t count = static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]);
   lines.first.assign(count + 1, 0);
@@ -399,7 +399,7 @@ std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, 
 std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   const auto length = static_cast<std::size_t>(size_.z);
   std::vector<std::int16_t> sixths(static_cast<std::size_t>(size_.y) * length, 0);
-  // Rays both ways; crossings change sign for the negative one.
+  // Adds the crossings of a line for rays in both directions; for the negative direction, the signs are reversed.
   const auto add = [&](std::span<const Crossing> of_line, int k, std::int16_t& to) {
     for (const Crossing& c : of_line)
       to = static_cast<std::int16_t>(to + (c.at < static_cast<float>(k) ? -c.leaves : c.leaves));
@@ -421,7 +421,7 @@ std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   return sixths;
 }
 
-// Large triangles are divided: their boxes are mostly empty.
+// Divides large triangles, because their boxes are mostly empty.
 static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near) {
   const glm::dvec3 lo = glm::min(t.a, glm::min(t.b, t.c)), hi = glm::max(t.a, glm::max(t.b, t.c));
   const glm::dvec3 extent = hi - lo;
@@ -449,7 +449,7 @@ std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm:
 Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
   const double reach = band + 1.5;
   const auto set = std::make_shared<const BlockSet>(size, blocks_near(mesh, size, reach + 1));
-  // -1: none within `band`
+  // Nearest triangle; -1: none within `band`.
   Sparse<std::int32_t> feature(set, -1, -1);
   Sparse<float> nearest(set, static_cast<float>(band), static_cast<float>(band));
   nearest.fill(std::numeric_limits<float>::max());

@@ -1,4 +1,4 @@
-// Distances to a surface from closest points.
+// Computes distances to a surface from its closest points.
 #pragma once
 
 #include <array>
@@ -12,22 +12,21 @@
 
 namespace typodont::haptics::importing {
 
-/// Sample i of one grid at p = offset + scale · i of another.
+/// Position of a grid in another grid: its sample i lies at p = offset + scale · i.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
 };
 
-/// Signed, stored near the surface.
+/// Signed distances, stored near the surface.
 struct DistanceField {
   Sparse<float> distance;  // voxels of the source, negative where phi > 0, within ± band
-  // source index space; valid where |distance| < band
+  // Closest point on the surface, in indices of the source grid; valid where |distance| < band.
   Sparse<glm::vec3> closest;
 };
 
-/// To phi = 0 (tricubic, phi > 0 inside) on a grid of `size` at `placement`. Nearest crossing of grid lines, below
-/// `exact` refined by Newton (Chopp 2001, "Some improvements of the fast marching method", eq. 4.1); beyond, up to 1/(8
-/// exact) voxel too large.
+/// Distance to the surface phi = 0 (phi > 0 inside), on a grid of `size` at `placement`. Below `exact`, Newton's method
+/// refines it (Chopp 2001, eq. 4.1); above, it is up to 1/(8 exact) voxel too large.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -36,22 +35,22 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// Six times the generalized winding number (Jacobson et al. 2013), along the six axis directions: 6 inside, 0 outside,
-/// between near holes. Memory follows the surfaces.
+/// Six times the generalized winding number of a mesh (Jacobson et al. 2013), from rays along the six axis directions:
+/// 6 inside, 0 outside, values between near holes. Memory grows with the surface, not with the box.
 class WindingNumbers {
  public:
   WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size);
-  /// At x; z fastest.
+  /// Values in the plane x; z runs fastest.
   std::vector<std::int16_t> slab(int x) const;
 
  private:
   /// A point where a grid line crosses the mesh.
   struct Crossing {
     float at;    // position along the line's axis
-    int leaves;  // +1 leaves, -1 enters in the direction of +axis
+    int leaves;  // +1: the line leaves the mesh towards +axis; -1: it enters
   };
-  /// Crossings by line, sorted. (u, v) follow the axis cyclically; line k = i · size[v] + j has crossings[first[k]] …
-  /// [first[k + 1] − 1].
+  /// Crossings of all grid lines along an axis, sorted. u and v are the two following axes. Line k = i · size[v] + j
+  /// has the crossings first[k] to first[k + 1] − 1.
   struct Lines {
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> first;
@@ -63,10 +62,10 @@ class WindingNumbers {
   std::array<Lines, 3> lines_;
 };
 
-/// Blocks (bytes, z fastest) that may be within `reach` voxels.
+/// Marks blocks (one byte each, z runs fastest) that may be within `reach` voxels of the mesh.
 std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach);
 
-/// voxels, 0 … `band`; `band` where not stored.
+/// Distances to the mesh in voxels, from 0 to `band`; samples that are not stored have `band`.
 Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

@@ -24,13 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// cosine between normals of scan and CT on a crown
+// Smallest cosine of the angle between the normals of scan and CT on a crown.
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;  // m², smaller gaps are crown
-// m², smaller pieces are not
+constexpr double kGapArea = 10e-6;  // m², smaller enclosed gaps count as crown
+// Smaller pieces do not count as crown, m².
 constexpr double kLeastPiece = 5e-6;
 constexpr double kLabelDepth = 0.75;  // voxels below the surface at which tissue is read
-// of a true distance: 1; below this, no surface is near
+// Smallest slope of a distance near a surface; a true distance has slope 1.
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -43,7 +43,7 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// m, and m per voxel; Catmull–Rom at a position in voxels.
+/// Distance (m) and its gradient (m per voxel) at a position in voxels; Catmull–Rom interpolation.
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -70,20 +70,21 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   return jet;
 }
 
-/// To a position in voxels.
+/// Index of the sample nearest to a position, which is given in voxels.
 std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
   return t.at(i.x, i.y, i.z);
 }
 
-/// Nearest sample inside, or just below the surface point nearest to the position.
+/// Index of a sample with a label: the nearest one inside, or the one just below the surface point nearest to the
+/// position.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
   return nearest_sample(t, place - (jet.value / t.frame.voxel + kLabelDepth) / slope * jet.gradient);
 }
 
-/// Blocks within `reach` (m) of the CT's surface.
+/// Blocks within `reach` of the CT's surface. `reach`: m.
 std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue& ct, const DenseTissue& out,
                                                                double reach) {
   const glm::ivec3 count = importing::BlockSet::blocks_of(out.size);
@@ -113,7 +114,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// In frame C, with the part that shows crowns.
+/// The scan's surface in frame C, with the part that shows crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -129,16 +130,16 @@ class Crowns {
   }
 
   const FuseReport& report() const { return report_; }
-  /// m between crowns and CT.
+  /// Largest distance between the crowns and the CT's surface, m.
   double largest() const { return largest_; }
 
   struct Near {
     dvec3 point, normal;
-    double distance = 0;  // m, unsigned
-    // of the scan: 1 inside a crown, 0 at its rim and outside
+    double distance = 0;  // m, without sign
+    // Weight of the scan: 1 inside a crown, 0 at its rim and outside.
     double weight = 0;
   };
-  /// p in m, frame C; within `reach` (m).
+  /// Nearest point on the scan within `reach`; p and `reach` in m, frame C.
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;
@@ -170,7 +171,7 @@ class Crowns {
     return 0.5 * glm::length(glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0])));
   }
 
-  /// One triangle: border of the scan.
+  /// Finds the scan's border: edges with only one triangle.
   void find_edges() {
     std::map<std::pair<int, int>, std::vector<std::size_t>> edges;
     for (std::size_t t = 0; t < scanned_; ++t) {
@@ -191,7 +192,8 @@ class Crowns {
     }
   }
 
-  /// change(area, at_border) per piece where covered_ is `covered`; true inverts the piece.
+  /// Calls change(area, at_border) for each connected piece of triangles whose covered_ is equal to `covered`. If it
+  /// returns true, the piece's covered_ is inverted.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -230,7 +232,7 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // Distance from the CT (m), third of the triangle's area (m²), per corner.
+    // For each corner of a crown's triangle: distance from the CT (m), and a third of the triangle's area (m²).
     std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
@@ -254,7 +256,7 @@ class Crowns {
     }
   }
 
-  /// 0 at the rim to 1 at `blend` from it, along edges.
+  /// Computes the weights of the points: 0 at the rim, rising to 1 at the distance `blend` along the edges.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -298,7 +300,7 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// Corner k's edge of crown triangle t, shared with no other crown triangle.
+  /// Returns true if no other crown triangle shares the edge after corner k of the crown triangle t.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
@@ -314,9 +316,9 @@ class Crowns {
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  // per triangle: at the border; crown
+  // For each triangle: at the border of the scan; part of a crown.
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // of the scan: 0 at the rim, 1 inside
+  std::vector<double> weights_;  // weight of the scan at each point: 0 at the rim, 1 inside
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };
@@ -374,7 +376,7 @@ std::vector<ScanPoint> spread_points(const TissueMesh& mesh, std::size_t count) 
     const double size = glm::length(n);
     sum += 0.5 * size;
     for (; due < sum; due += step) {
-      // Plastic number's additive recurrence (Roberts 2018).
+      // Additive recurrence with the plastic number (Roberts 2018).
       const auto k = static_cast<double>(points.size());
       double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
       if (y + z > 1) y = 1 - y, z = 1 - z;
@@ -390,7 +392,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   const importing::Jet jet = distance_at(ct_, place);
   Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
-  // Just below the surface, even for a deeper p_C.
+  // Position just below the surface, also if p_C lies deeper.
   const double slope = glm::length(value.gradient);
   if (!(slope > kLeastGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
@@ -428,12 +430,12 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.place = ct.place;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // Positive inside: blend of scan and CT near crowns, else the CT.
+  // phi is positive inside: near crowns a blend of scan and CT, elsewhere the CT.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
   importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
-  importing::SparseMask moved(set, 0, 0);  // near the displaced surface
+  importing::SparseMask moved(set, 0, 0);  // samples near the displaced surface
   importing::for_each_sample(*set, [&](const glm::ivec3& i, std::size_t at) {
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
@@ -447,7 +449,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
     if (std::abs(d) < far && slope > kLeastGradient) {
-      // Nearest on the scan to the sample, and to its nearest CT point q.
+      // Nearest point on the scan to the sample, and to q, the CT point nearest to the sample.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);
       const auto near = opposite && opposite->weight > 0
@@ -468,12 +470,12 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Farther than band + two voxels from the change, the CT's stay.
+  // Samples farther than band + two voxels from the change keep the CT's values.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
   const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
-  // voxels: unmoved, so the CT's distance stays
+  // Smaller changes than this count as none, so that the CT's distance stays; voxels.
   constexpr double kEqual = 0.005;
   progress(0.9);
 

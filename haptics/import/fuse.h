@@ -1,4 +1,5 @@
-// Crowns of an intraoral scan (frame S) in a cone beam CT (frame C). Not for real time; throws Error.
+// Replaces the crowns in a cone beam CT (frame C) by those of an intraoral scan (frame S). Not for real time; throws
+// Error.
 #pragma once
 
 #include <filesystem>
@@ -26,10 +27,10 @@ struct ScanPoint {
 
 /// Returns the area (m²) of a mesh.
 double area_of(const TissueMesh& mesh);
-/// Evenly spread; each stands for area_of(mesh) / count.
+/// Distributes points evenly over a mesh; each represents the area area_of(mesh) / count.
 std::vector<ScanPoint> spread_points(const TissueMesh& mesh, std::size_t count);
 
-/// May be open; repaired and closed as by `import --preset arch`.
+/// The surface of an intraoral scan. It may be open; it is repaired and closed as by `import --preset arch`.
 class IntraoralScan {
  public:
   /// `unit`: m per unit of the file.
@@ -37,12 +38,12 @@ class IntraoralScan {
   ~IntraoralScan();
   IntraoralScan(IntraoralScan&&) noexcept;
 
-  /// Without the base; each stands for area() / count.
+  /// Points on the scanned surface, without the base; each represents the area area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², area of the scanned surface
-  /// Without the base, frame S.
+  /// The scanned surface without the base, frame S.
   TissueMesh mesh() const;
-  /// From border or base to the teeth, frame S; zero: unknown.
+  /// Direction from the border or base to the teeth, frame S; zero if unknown.
   const dvec3& up() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }
@@ -52,15 +53,15 @@ class IntraoralScan {
   double area_ = 0;
 };
 
-/// Teeth in a CT, for registration. `ct` must outlive it.
+/// Distance field of the teeth in a CT, for registration. `ct` must outlive it.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    // within the CT's band, of a tooth or restoration
+    // The nearest surface is within the CT's band, and belongs to a tooth or restoration.
     bool tooth = false;
     double distance = 0;  // m, distance to the surface, negative inside
-    dvec3 gradient{0};    // m per m, outward normal on the surface
+    dvec3 gradient{0};    // m per m; on the surface, the outward normal
   };
   Value at(const dvec3& p_C) const;
 
@@ -69,18 +70,19 @@ class ToothField {
 };
 
 struct FuseOptions {
-  std::optional<double> voxel;  // m; empty: the CT's
-  // m, largest distance of a crown from the CT
+  std::optional<double> voxel;  // m, voxel edge of the result; empty: as the CT
+  // Largest distance of a crown from the surface in the CT, m.
   double reach = 1e-3;
-  // m, from the CT's surface at the rim to the scan's
+  // Width of the transition from the CT's surface at the rim to the scan's surface, m.
   double blend = 0.5e-3;
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };
 
 struct FuseReport {
   double scanned_area = 0;  // m², area of the scanned surface
-  double covered_area = 0;  // m², of the scan that replaces the CT
-  // m, of the replacing part from the CT, positive outside: mean; median and 95 % of the absolute value
+  double covered_area = 0;  // m², area of the scan that replaces the CT's surface
+  // Distances of the replacing surface from the CT's, m: mean (positive outside); median and 95 % quantile of the
+  // absolute value.
   double mean = 0, median_size = 0, most_size = 0;
 };
 
@@ -89,15 +91,16 @@ struct Fused {
   FuseReport report;
 };
 
-/// Rules:
-/// - Crown: corners within `reach` of a tooth in the CT, normals within 45°. Enclosed gaps below 10 mm² (fissures) too,
-///   pieces below 5 mm² (gingiva) not.
-/// - A sample takes the distance to the scan if its nearest point there is crown, lies within `reach` of its nearest
-///   CT point, and both face alike. Sign: winding number. Within `blend` of the rim: blended.
-/// - Labels and hardness: the CT's, outside those of the nearest tissue.
-/// - At the CT's voxel size, samples beyond band + two voxels of the change stay exact.
+/// Fuses by these rules:
+/// - Crown: triangles whose corners lie within `reach` of a tooth in the CT, with normals within 45°. Enclosed gaps
+/// below 10 mm² (fissures) count too, pieces below 5 mm² (gingiva) do not.
+/// - A sample takes the distance to the scan if its nearest point there is crown and lies within `reach` of the CT's
+/// nearest point, and both face the same direction. The winding number gives the sign. Within `blend` of the rim, the
+/// distances are blended.
+/// - Labels and hardness come from the CT, outside its tissue those of the nearest tissue.
+/// - At the CT's voxel size, samples farther than band + two voxels from the change keep their exact values.
 ///
-/// Throws Error without a crown, or if it does not fit into memory.
+/// Throws Error if no crown is found, or if memory is too small.
 Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, const FuseOptions& options);
 
 }  // namespace typodont::haptics

@@ -33,7 +33,8 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // Buffered, because the result overwrites its input; along x and y, `wide` neighbouring lines at once.
+  // Copies first, because the result overwrites its input. Along x and y, `wide` neighbouring lines are processed
+  // together.
   Grid<float> out = g;
   constexpr int kWide = 64;
   for (int axis = 0; axis < 3; ++axis) {

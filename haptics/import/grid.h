@@ -1,4 +1,4 @@
-// Dense boxes and their filters. Not for real time.
+// Dense volumes and their filters. Not for real time.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 inline constexpr std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                                      {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-/// z fastest, as in DenseTissue.
+/// Dense volume of values; z runs fastest, as in DenseTissue.
 template <class T>
 struct Grid {
   glm::ivec3 size{0};
@@ -45,10 +45,10 @@ struct Grid {
 
 using Mask = Grid<std::uint8_t>;
 
-/// On all cores; each call writes only its own data.
+/// Calls work(i) for i = 0 … n − 1 on all cores. Each call must write only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Trilinear at p (voxels), nearest point outside.
+/// Trilinear interpolation at p (voxels); outside the volume, the value at its nearest point.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
@@ -56,18 +56,19 @@ struct Jet {
   glm::dvec3 gradient;  // gradient of the value, per voxel
 };
 
-/// `sigma` in voxels, axis by axis, border value outside.
+/// Smooths with a Gaussian along each axis. Outside, samples have the value of the nearest border sample. `sigma`:
+/// voxels.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// voxels² (Felzenszwalb & Huttenlocher 2012); very large for an empty mask.
+/// Squared distance to the mask in voxels² (Felzenszwalb & Huttenlocher 2012); very large for an empty mask.
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
   Grid<std::int32_t> label;         // 1, 2, …; 0 outside the mask
-  std::vector<std::size_t> voxels;  // element 0 unused
-  std::int32_t largest() const;     // 0: none
+  std::vector<std::size_t> voxels;  // number of voxels of each component; element 0 is unused
+  std::int32_t largest() const;     // number of the largest component; 0: none
 };
-/// Connected over faces.
+/// Components whose samples are connected over faces.
 Components components(const Mask& mask);
 
 }  // namespace typodont::haptics::importing

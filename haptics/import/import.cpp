@@ -48,7 +48,7 @@ double free_memory() {
     constexpr std::string_view kKey = "MemAvailable:";
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
-  // ulimit -v also counts reserved memory.
+  // A limit of the address space (ulimit -v) also counts reserved memory.
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     double pages = 0;
@@ -71,7 +71,7 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// Fraction of dentin on the crown's surface. In each sector around the axis, the crown ends where enamel ends.
+// Fraction of dentin on the crown's surface. In each sector around the tooth's axis, the crown ends where enamel ends.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -95,7 +95,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // Enamel all around: no root.
+  // Enamel surrounds the centre: the scan shows no root.
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
@@ -149,13 +149,13 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Plane at d from the centre.
+        // Fraction of the voxel inside, as if the surface were a plane at the distance d from the centre.
         const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += fraction * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // Crossings to neighbours outside extend the box.
+        // Crossings of the surface between a voxel and its neighbours outside extend the box.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -16,16 +16,16 @@
 namespace typodont::haptics::importing {
 
 namespace {
-// voxels of the map; smooths the stairs of a border and keeps its place
+// Smoothing of the labels, voxels of the map: removes the steps of a border without moving it.
 constexpr double kBorderBlur = 0.7;
-// largest number of labels
+// Largest number of different labels.
 constexpr std::size_t kMaxLabels = 256;
 constexpr float kMaxLabel = 65535;
 
 using Counts = std::map<float, std::size_t>;
 }  // namespace
 
-// Voxels per value; stops after `most` values.
+// Counts the voxels of at most `most` different values.
 static Counts values_of(const Scan& scan, std::size_t most) {
   Counts counts;
   std::size_t* last = nullptr;
@@ -53,7 +53,7 @@ static std::string tissues_in_words() {
   return text;
 }
 
-// "Enamel", "Cortical bone", "cortical-bone".
+// Tissue of a segment name such as "Enamel", "Cortical bone" or "cortical-bone".
 static std::optional<Tissue> tissue_of(const std::string& segment) {
   std::string name = lower_case(segment);
   std::ranges::replace_if(
@@ -78,7 +78,7 @@ void refuse_labels(const std::filesystem::path& file, const Scan& scan) {
   }
 }
 
-// The tissue of each value, as index; air for 0.
+// Tissue of each value; the value is the index; 0 is air.
 static std::vector<Tissue> tissues_of(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options,
                                       std::vector<std::string>& notes) {
   std::vector<Tissue> tissues{Tissue::kAir};
@@ -144,12 +144,12 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   out.size = glm::ivec3(extent / voxel) + 1;
   out.band = options.band;
   out.frame = {scan.origin + dvec3(lo) * scan.spacing, voxel};
-  constexpr double kPerMapVoxel = 13, kPerVoxel = 42;  // bytes
+  constexpr double kPerMapVoxel = 13, kPerVoxel = 42;  // bytes, memory per voxel of map and result
   require_memory(kPerMapVoxel * static_cast<double>(Grid<float>::count(box)) +
                      kPerVoxel * static_cast<double>(Grid<float>::count(out.size)),
                  options, report);
 
-  // Of the box's voxels: tissue, and 1 inside.
+  // For each voxel of the box: its tissue, and 1 if it is inside.
   Grid<Tissue> label(box, Tissue::kAir);
   Grid<float> inside(box, 0);
   for_each_slab(last.x - first.x + 1, [&](int x) {
@@ -190,7 +190,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
         const dvec3 q = dvec3(at) * ratio;
         if (options.greys) result.grey[i] = static_cast<float>(label[glm::ivec3(glm::round(q))]);
         if (d > kLabelReach) continue;
-        // Outside, and where smoothing filled a corner: the nearest labelled voxel.
+        // Outside, and where smoothing filled a corner, takes the nearest labelled voxel.
         const dvec3 p = d > 0 ? dvec3(field.closest[at]) * ratio : q;
         const glm::ivec3 near = glm::ivec3(glm::round(p));
         double least = 1e9;

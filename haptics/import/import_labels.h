@@ -1,4 +1,4 @@
-// A label map as tissue: each voxel says what it is.
+// Imports a label map, whose voxels state their tissue.
 #pragma once
 
 #include "haptics/import/import.h"
@@ -6,12 +6,12 @@
 
 namespace typodont::haptics::importing {
 
-/// Its values are labels: the file says so, or options.labels.
+/// Returns true if the scan's values are labels, because the file or options.labels says so.
 bool is_label_map(const Scan& scan, const ImportOptions& options);
-/// Throws Error if the greys look like labels: few whole values.
+/// Throws Error if the grey values look like labels, that is, if there are only few whole values.
 void refuse_labels(const std::filesystem::path& file, const Scan& scan);
 
-/// `scan`: whole, or its region. Throws Error for a value without a tissue.
+/// `scan`: the whole scan, or the region to import. Throws Error for a value without a tissue.
 Imported import_labels(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

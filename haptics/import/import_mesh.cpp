@@ -30,12 +30,12 @@ double longest_of(const dvec3& v) {
   return std::max({v.x, v.y, v.z});
 }
 
-/// Throws Error if too small or large for a tooth or bone.
+/// Throws Error if the mesh is too small or too large for a tooth or bone.
 void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options,
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  // a unit that would fit
+  // Finds a unit with which the size would be plausible, for the message.
   std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
@@ -78,7 +78,7 @@ DenseTissue volume_around(const ImportRegion& bounds, const ImportOptions& optio
   return out;
 }
 
-/// In voxel coordinates.
+/// Selected triangles of a mesh in voxel coordinates.
 template <class Wanted>
 std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wanted wanted) {
   std::vector<Triangle> triangles;
@@ -92,17 +92,17 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
-/// Throws Error. `deepest`: voxels; `labels`: bytes per voxel.
+/// Throws Error if memory is too small. `deepest`: depth of the computed distances, voxels; `labels`: bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
-  // bytes per voxel; fixed bytes (./run bench import)
+  // Memory of the result (bytes per voxel), and fixed memory (bytes), as measured by ./run bench import.
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
                  options, report);
 }
 
-/// `label(p, d)`: tissue at p with distance d (m).
+/// Copies distances and labels to the result. `label(p, d)`: tissue at sample p with distance d (m).
 template <class Label>
 void store(const FilledMesh& filled, DenseTissue& out, Label label) {
   const double voxel = out.frame.voxel;
@@ -135,7 +135,7 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
-/// m², Σ area × normal: 0 if closed, else from the opening to the far side.
+/// Sum of area × normal, m²: 0 for a closed mesh, otherwise it points from the opening to the far side.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -145,13 +145,13 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Within 45° of `start`, least mean deviation from the median height (so a rise over a crown does not tilt it),
-/// weighted by the length of segments.
+/// Normal of the plane of a border, within 45° of `start`. Minimises the mean deviation of the points from their median
+/// height, so a rise of the border over a crown does not tilt the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    // first point's height, length along the plane
+    // For each segment: height of its first point, and its length along the plane.
     std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -171,7 +171,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
     for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
     return total > 0 ? sum / total : 1e300;
   };
-  // A grid, then ever smaller steps around the best.
+  // Searches on a grid, then with ever smaller steps around the best direction.
   dvec3 best = start;
   double least = mean_distance(start);
   const auto look_around = [&](const dvec3& from, double step, int reach) {
@@ -192,8 +192,8 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   return best;
 }
 
-/// Of a closed mesh: away from the flattest side, whose touching plane has the most area in or just below it. Zero: no
-/// clear one.
+/// Direction away from the base of a closed mesh. The base is the flattest side: the plane that touches it has the most
+/// area in or just below it. Zero if no side is clearly the flattest.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
     dvec3 normal, middle;  // unit normal; centre, m
@@ -209,7 +209,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // Of very many small triangles, every n-th with n times its area.
+  // Of very many small triangles, only every n-th is used, with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -219,12 +219,12 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  // m from the base's plane
+  // Largest depth of the base's triangles below its plane, m.
   constexpr double kDeep = 1.5e-3;
-  // cosine to the base's normal
+  // Smallest cosine of the angle between their normals and the base's normal.
   constexpr double kSlope = 0.9;
-  constexpr double kLeast = 0.08;    // of the mesh's area
-  constexpr double kClear = 1.3;     // over any other side
+  constexpr double kLeast = 0.08;    // smallest area of the base, as a fraction of the mesh's area
+  constexpr double kClear = 1.3;     // factor by which the base's area must exceed that of any other side
   constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
   struct Side {
     dvec3 out{0};
@@ -234,7 +234,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of its triangles is better.
+    // The mean normal of the side's triangles is better.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);
@@ -249,7 +249,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // cosine; other sides must face clearly elsewhere
+  // Sides within this cosine of the base's direction count as the base itself.
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -258,7 +258,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   return base.area > kLeast * whole && base.area > kClear * other ? -base.out : dvec3(0);
 }
 
-/// Pieces below 2 % of the largest. Returns their number.
+/// Removes pieces with less than 2 % of the largest piece's area. Returns their number.
 std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kLeast = 0.02;
   const Shells shells = shells_of(mesh, false);
@@ -274,7 +274,7 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Ear clipping, anticlockwise.
+/// Triangulates a polygon with anticlockwise outline by ear clipping.
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
     const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
@@ -284,7 +284,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A self-crossing border may have no ear: then its straightest corner.
+    // A border that crosses itself may have no ear; then the straightest corner is cut off.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -307,7 +307,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   return triangles;
 }
 
-/// Walls down to a plane below all points, and a floor. `up`: unit.
+/// Adds walls from the border down to a plane `depth` (m) below all points, and a floor. `up`: unit vector.
 void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   double lowest = 1e300;
   for (const dvec3& p : mesh.points) lowest = std::min(lowest, glm::dot(p, up));
@@ -322,7 +322,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The outline faces up, the floor down.
+    // The floor faces down, so its outline is anticlockwise above.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -339,16 +339,17 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Relative to brightness: high for gingiva.
+/// Excess of red relative to the brightness; high for gingiva.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// z = a·x + b·y + c through the upper points; drops those 2 mm below, and repeats. Empty: no plane, or above 30°.
+/// Plane z = a·x + b·y + c through the upper points: repeats the fit without points more than 2 mm below. Nullopt: no
+/// plane, or steeper than 30°.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // m below: dropped; tangent of the steepest
+  // Points more than kBelow (m) below the plane are dropped. kSteepest: tangent of the largest slope.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
@@ -370,7 +371,7 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Otsu 1979; empty if the groups explain at most 0.6 of the variance.
+/// Threshold between two groups of values (Otsu 1979); nullopt if the groups explain at most 0.6 of the variance.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -387,7 +388,7 @@ std::optional<double> bound_between(std::vector<double> values) {
   return variance > 0 && best > kOneGroup * variance ? std::optional(bound) : std::nullopt;
 }
 
-/// One byte per point.
+/// Marks the points on gingiva, one byte per point.
 std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh& mesh, const dvec3& up, double crown,
                                    std::vector<std::string>& notes) {
   std::vector<std::uint8_t> gum(mesh.points.size(), 0);
@@ -405,12 +406,12 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
                 "an open scan, a scan with colours, or a base that is flatter than any other side, so that it is known "
                 "where the teeth are");
   }
-  // Without colours: far below the highest point in cells of kReach (m), large enough for a cusp, or far below the
-  // plane of the cusps (floor of the mouth, palate).
+  // Without colours, a point is gingiva if it is far below the highest point near it (cells of kReach, m, large enough
+  // for a cusp), or far below the plane of the cusps (floor of the mouth, palate).
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  // m, beyond `crown`, below the cusps' plane
+  // In addition to `crown`: depth below the plane of the cusps, m.
   constexpr double kFarBelow = 3e-3;
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
@@ -462,9 +463,9 @@ ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions&
 }
 
 double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
-  // m; kStep: growth until the volume is allowed
+  // Usual voxel edge, and the step by which it grows until the volume is allowed, m.
   constexpr double kDefault = 0.1e-3, kStep = 0.01e-3;
-  // voxels beside the band, on all sides together
+  // Voxels in addition to the band, sum of both sides.
   constexpr double kMargin = 8;
   const auto extent = [&](double voxel) { return bounds.hi - bounds.lo + 2 * options.band + kMargin * voxel; };
   constexpr double kLongest = 1;  // m; meshes that are farther apart belong to different frames
@@ -502,13 +503,13 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report.notes);
   const double voxel = out.frame.voxel;
 
-  // Shells inside no other are bodies, inside are hollows.
+  // A shell inside no other shell is a body; a shell inside another one is a hollow.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
-  // of a tooth; a young molar has about a tenth
+  // Largest plausible fraction of pulp in a tooth; a young molar has about a tenth.
   constexpr double kMostPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
   if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
@@ -525,7 +526,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // A hollow becomes a solid part: its triangles are reversed.
+  // A hollow is filled as a separate part, so its triangles are reversed.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -533,8 +534,9 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // m. Tooth: enamel of `shell` on the crown (kCrownShare of the length), thinning over kTaper; pulp in hollows, else
-  // below kPulpDepth; dentin elsewhere. Bone: cortical of `shell`, cancellous inside.
+  // Rules of labels, m. Tooth: enamel of thickness `shell` on the crown (kCrownShare of the length), thinner near its
+  // end over kTaper; pulp in hollows, or without hollows below kPulpDepth; dentin elsewhere. Bone: cortical of
+  // thickness `shell`, cancellous inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -546,10 +548,10 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // At the wider end of the longest axis.
+  // The crown is at the longest axis's wider end.
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  // per x: voxels in the lower and upper half of the longest axis
+  // For each x: number of voxels in the lower and upper half of the longest axis.
   std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
@@ -583,7 +585,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: border of holes left open at first; lengths of an arch; depth of the base below the lowest point
+  // Length of a small hole's border, smallest and largest length of an arch, depth of the base below the lowest point;
+  // m.
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -597,7 +600,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   const ImportRegion bounds = bounds_of(mesh);
   check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kLeast, kMost);
 
-  // Small holes closed: the area vector points from the longest border to the surface.
+  // Small holes are closed first. Then the area vector points from the longest border to the surface.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -638,7 +641,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: crown, enamel, taper, gingiva
+  // Height of a crown, thickness of enamel, width of its thinner edge, thickness of gingiva; m.
   constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;
@@ -658,7 +661,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const double shell = options.shell.value_or(kUsualEnamel);
   const double deepest = std::max({options.band, shell + 2 * voxel, kGumDepth + 2 * voxel});
   const std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, [](std::size_t) { return true; })};
-  // bytes per voxel, for both distances and marks
+  // Memory of both distance fields and marks, bytes per voxel.
   constexpr double kTeethAndGum = 10;
   require_memory_for(out, parts, deepest / voxel, kTeethAndGum, options, report);
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);

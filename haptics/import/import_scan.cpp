@@ -22,15 +22,15 @@
 namespace typodont::haptics::importing {
 
 namespace {
-// voxels, before the histogram
+// Smoothing before the histogram, voxels.
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// A scan or region. `known`: grey values of the whole scan; null: found here.
+// Imports a scan or a region of it. `known`: grey values of the whole scan; null: they are found here.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Blocks of k.x × k.y × k.z voxels become their mean.
+// Replaces blocks of k.x × k.y × k.z voxels by their mean.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -52,7 +52,7 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// Cubic voxels over lo … hi; `outside` beyond the scan.
+// Resamples the box lo … hi to cubic voxels; beyond the scan, samples get the value `outside`.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -65,7 +65,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
-  // Axis by axis: four nearest samples and Catmull-Rom weights.
+  // Interpolates axis by axis: four nearest samples with Catmull-Rom weights.
   struct Taps {
     std::array<int, 4> at;
     std::array<double, 4> weight;
@@ -113,7 +113,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // segment() needs surroundings at the walls.
+  // segment() requires surroundings at the walls.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -124,11 +124,11 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// A canal cut by a wall would be outside. In each wall's plane, dark holes (up to `bound`, `widest` m) get lids of grey
-// `fill` in the two planes beyond.
+// Closes canals that a wall of the scan cuts; they would count as outside. Dark holes in the wall (grey up to `bound`,
+// at most `widest` m wide) get lids of the grey value `fill` in the two planes beyond.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
-  constexpr int kRim = 2;  // overlap of a lid, samples
+  constexpr int kRim = 2;  // samples by which a lid extends beyond its hole
   for (int a = 0; a < 3; ++a) {
     const int u = (a + 1) % 3, v = (a + 2) % 3;
     for (int side = 0; side < 2; ++side) {
@@ -143,7 +143,7 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // surroundings enclose the tissue in every plane
+      // Component of the surroundings, which enclose the tissue everywhere.
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
@@ -174,7 +174,7 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
   }
 }
 
-// Part in the region.
+// Part of a scan in a region.
 static Scan cropped(const Scan& scan, const ImportRegion& region) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
   const glm::ivec3 hi =
@@ -207,7 +207,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   return piece;
 }
 
-// `smooth`: slightly smoothed.
+// `smooth`: the scan after slight smoothing.
 static ScanGreys greys_without_shading(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
                                        const ImportOptions& options) {
   ScanGreys greys;
@@ -219,8 +219,8 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // Half-way between surroundings and tissue below, within levels.soft … levels.dense: cancellous bone to metal or
-  // enamel.
+  // The surface lies half-way between the surroundings and the tissue below it, which has a grey value from levels.soft
+  // (cancellous bone) to levels.dense (metal or enamel).
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
@@ -228,7 +228,7 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
   return greys;
 }
 
-// After removing a jaw's shading from both.
+// Finds the grey values. Of a jaw, first removes the shading from `scan` and `smooth`.
 static ScanGreys greys_of(const std::filesystem::path& file, Scan& scan, Grid<float>& smooth,
                           const ImportOptions& options) {
   std::optional<Shading> shading;
@@ -252,7 +252,7 @@ ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportO
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  // A tooth is 10 to 35 mm long, and blurs beyond 0.7 mm.
+  // A tooth is 10 to 35 mm long; voxels above 0.7 mm cannot show it.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
@@ -275,7 +275,7 @@ Imported import_region(const std::filesystem::path& file, const Scan& scan, cons
 // Adds notes about the largest bodies that were not imported.
 static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t main, const Scan& scan,
                                  ImportReport& report) {
-  constexpr double kLeast = 0.3e-6;  // m³, worth a note
+  constexpr double kLeast = 0.3e-6;  // m³, smallest body that is worth a note
   constexpr std::size_t kMost = 4;
   const double voxel = scan.spacing.x * scan.spacing.y * scan.spacing.z;
   std::vector<const Body*> others;
@@ -296,7 +296,7 @@ static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t ma
   }
 }
 
-// Area of the border × its σ (m).
+// Uncertainty of a tissue's volume: area of its border × the standard deviation of its position (`border`, m).
 static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
   PerTissue faces{};
   for (int x = 1; x + 1 < t.size.x; ++x) {
@@ -310,7 +310,7 @@ static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
       }
     }
   }
-  // Mean area of voxel faces / of the true surface.
+  // Mean ratio of the area of voxel faces to the area of the true surface.
   constexpr double kFacesPerArea = 1.5;
   for (double& of_tissue : faces) of_tissue *= t.frame.voxel * t.frame.voxel / kFacesPerArea * border;
   return faces;
@@ -338,7 +338,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Approximate body, only for grey values and the box.
+  // Finds the body approximately, for grey values and box.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   if (known && known->shading) known->shading->remove_from(scan);
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
@@ -371,7 +371,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const std::size_t main = main_body(bodies, Levels::kLeastTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
-  // m³ in blocks with tissue and their neighbours
+  // Volume of the blocks with tissue and neighbours, m³.
   const double near_tissue =
       fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;
   solid = Mask();
@@ -401,11 +401,11 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // bytes per voxel (./run bench import): whole scan; body's box; blocks while segmented, kept, placed on another
-    // grid; result; fixed bytes
+    // Memory in bytes per voxel, measured by ./run bench import: whole scan; box of the body; stored blocks during
+    // segmentation, after it, and on another grid; result; kept grey values. kResidue: fixed memory, bytes.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    // bytes per voxel near the body, for jaws and teeth
+    // Additional bytes per voxel near the body: jaws, teeth.
     constexpr double kJaw = 70, kTooth = 35;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
@@ -421,7 +421,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // On the same grid, segment() also computes distances.
+  // If the result has the same grid, segment() also computes its distances.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -434,7 +434,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  // m, widest closed nerve and root canal
+  // Width of the widest nerve canal and root canal that are closed, m.
   constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
@@ -454,7 +454,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // One sample shared with the working grid.
+  // The result's grid shares at least one sample with the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -472,7 +472,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // from the result's index to `field`'s
+  // Shift from indices of the result to indices of `field`.
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 
@@ -522,7 +522,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     }
   });
 
-  // In a jaw also the random walker's doubt.
+  // In a jaw, the random walker's uncertainty is added.
   const double contrast = levels.dense ? *levels.dense - levels.soft : levels.soft - levels.outside;
   report.volume_uncertainty = volume_uncertainty(
       out, report.jaw ? report.jaw->border : working * border_uncertainty(levels.noise / contrast, s.blur));
@@ -533,7 +533,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (tooth && levels.dense) {
     constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
     const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
-    // Twice the uncertainty covers all such canals.
+    // Half of `unseen`: twice the uncertainty then covers all canals that are not seen.
     for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
     if (unseen >= 1 * kCubicMillimetre)

@@ -1,4 +1,4 @@
-// One kind of input each; import_tissue() completes.
+// Imports of the single kinds of input. import_tissue() selects one and completes its result.
 #pragma once
 
 #include "haptics/import/distance.h"
@@ -10,19 +10,19 @@
 
 namespace typodont::haptics::importing {
 
-/// With notes for the user.
+/// Grey values of a scan, with notes for the user.
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
-  // of a jaw, removed first
+  // Shading of a jaw's scan, which was removed first.
   std::optional<Shading> shading;
   std::vector<std::string> notes;
 };
 ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportOptions& options);
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
-/// options.region or all of a scan in memory, with the whole scan's `greys`: a region may lack some. `file`: for
-/// messages.
+/// Imports options.region, or all, of a scan in memory. `greys`: grey values of the whole scan, because a region may
+/// lack some tissues. `file`: name for messages.
 Imported import_region(const std::filesystem::path& file, const Scan& scan, const ScanGreys& greys,
                        const ImportOptions& options);
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options);
@@ -31,32 +31,32 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// voxels outside the surface with labels
+/// Distance outside the surface with labels, voxels.
 inline constexpr double kLabelReach = 2.5;
 
 /// Returns the smallest box that contains both boxes.
 inline ImportRegion around(const ImportRegion& a, const ImportRegion& b) {
   return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
 }
-/// In the result's frame.
+/// Bounding box of a mesh in the result's frame.
 ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions& options);
-/// options.voxel, or 0.1 mm, or the smallest larger step of 0.01 mm that fits, with a note. Throws Error for too many
-/// voxels, or a box above a metre.
+/// Returns options.voxel; if empty, 0.1 mm, or the smallest larger multiple of 0.01 mm that fits, with a note. Throws
+/// Error for too many voxels, or a box longer than a metre.
 double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes);
 
-/// `extent`, `voxel` in m.
+/// Returns true if the number of voxels is allowed. `extent`, `voxel`: m.
 bool result_size_fits(const dvec3& extent, double voxel);
-/// Throws Error for too many voxels. `extent`, `voxel` in m.
+/// Throws Error for too many voxels. `extent`, `voxel`: m.
 void check_result_size(const dvec3& extent, double voxel);
 
-/// bytes, also within a limit of the process.
+/// Free memory in bytes, also within the process's limit.
 double free_memory();
-/// Throws Error above options.memory or the free memory. Keeps the largest in report.memory.
+/// Throws Error if `bytes` exceeds options.memory or the free memory. Keeps the largest value in report.memory.
 void require_memory(double bytes, const ImportOptions& options, ImportReport& report);
 
-/// Volumes, height and false dentin of the report.
+/// Computes volumes, height and false dentin of the report.
 void measure(Imported& imported, ImportPreset preset);
-/// Measures and turns: the end of every import.
+/// Measures and rotates the result: last step of every import.
 Imported completed(Imported imported, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

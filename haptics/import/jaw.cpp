@@ -25,9 +25,10 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
   return large;
 }
 
-// Random walker (Grady 2006, "Random walks for image segmentation"): probability of reaching a crown before bone. Dim
-// steps are unlikely, so the ligament separates. Conjugate gradients down to `residual`. `bone` absorbs; elsewhere the
-// walk comes to bone with weight `into_bone`.
+// Random walker (Grady 2006, "Random walks for image segmentation"): probability that a walk from a sample reaches a
+// crown before bone. Steps to dim samples are unlikely, so the periodontal ligament separates tooth and bone. Solved by
+// conjugate gradients down to `residual`. Samples in `bone` absorb the walk; elsewhere it goes to bone with weight
+// `into_bone`.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const Sparse<float>& into_bone, const JawGreys& greys,
                                 double residual, const std::function<void(double)>& progress) {
@@ -46,7 +47,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // of a step between the dimmest bright samples
+  // Weight of a step between the dimmest bright samples.
   constexpr double kLeast = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -70,7 +71,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     diagonal[k] = sum;
     b[k] = known;
   });
-  // Sum of part(from, to) over fixed ranges: independent of the cores.
+  // Sums part(from, to) over ranges of fixed size, so that the result does not depend on the number of cores.
   constexpr std::size_t kRange = 16384;
   std::vector<double> sums((n + kRange - 1) / kRange);
   const auto sum_of = [&](auto part) {
@@ -124,7 +125,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   return probability;
 }
 
-// Ascending (Smith 1961).
+// Eigenvalues in ascending order (Smith 1961).
 glm::dvec3 eigenvalues(const glm::dmat3& a) {
   const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
   const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
@@ -137,7 +138,7 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// Zero at the walls.
+// Second derivatives at a sample; zero at the walls.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
   if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
@@ -152,10 +153,11 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// Segmentation::grey, with the gaps between roots and sockets: in a dark valley, the scan's own value.
+// Segmentation::grey with the gaps between roots and sockets: in a dark valley, takes the scan's own value.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels
-  // per voxel², of the hard–soft contrast; a ligament of one voxel has three times this
+  // Smallest curvature of a valley, per voxel², as a fraction of the contrast between hard and soft. A ligament of one
+  // voxel has three times this.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -168,8 +170,8 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// dip = erf(w / (2√2 σ)) in the middle of a layer of width w; at its borders erf(w / (√2 σ)) / 2. Fractions of the true
-// contrast.
+// Grey value at the borders of a thin dark layer of width w, from its darkest value. Dip in the middle: erf(w / (2√2
+// σ)); at the borders: erf(w / (√2 σ)) / 2; both as fractions of the true contrast.
 class LayerBound {
  public:
   LayerBound() {
@@ -186,15 +188,15 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Grey value at a canal's border: 0 canal, 1 thick wall, `beyond` bone. The brightest value gives the wall's thickness,
-// and this the border's value; without a wall, half-way to the bone.
+// Grey value at the border of a canal, on a scale of 0 in the canal, 1 in a thick wall and `beyond` in bone. The
+// brightest value across the wall gives its thickness, and this the border's value.
 class CanalBound {
  public:
-  /// `blur`, `radius` in voxels; greys smoothed by smooth_in_place(g, sigma, blur), which corrects curvature only where
-  /// they vary slowly.
+  /// `blur`, `radius`: voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur), which corrects
+  /// curvature only where they vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
     constexpr double kStep = 0.1, kThickest = 6;  // voxels
-    // from bone (0) to wall (1); less is variation of bone
+    // Smallest rise from bone (0) to wall (1); a smaller rise is normal variation of bone.
     constexpr double kWall = 0.2;
     least_ = glm::mix(beyond, 1.0, kWall);
     const double c = sharpening(sigma, blur), once = std::hypot(blur, sigma), twice = std::hypot(once, sigma);
@@ -202,7 +204,7 @@ class CanalBound {
     const auto curved = [](double x, double width) {
       return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
     };
-    // Cylindrical edge of height 1 at x, blurred and smoothed.
+    // Value at x of a cylindrical edge of height 1, after blur and smoothing.
     const auto edge = [&](double x, double curvature) {
       return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
              c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
@@ -227,27 +229,27 @@ class CanalBound {
   }
 
  private:
-  double least_;  // smaller: no wall
-  // per thickness, thin first: brightest value across the wall; value at its border
+  double least_;  // brightest values below this mean that there is no wall
+  // For each thickness of the wall, in ascending order: brightest value across the wall, and value at its border.
   std::vector<double> brightest_, border_;
 };
 
-// Empty: too few.
+// Median; nullopt if there are too few values.
 std::optional<double> median_of(std::vector<float>& values) {
-  constexpr std::size_t kLeast = 20;  // samples of a measured grey value
+  constexpr std::size_t kLeast = 20;  // smallest number of samples
   if (values.size() < kLeast) return std::nullopt;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return static_cast<double>(*middle);
 }
 
-// Median deep inside (about 2.5 `blur`, voxels).
+// Median grey value deep inside a tissue, at about 2.5 times the `blur` (voxels).
 std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // Depth of kBlurs × `blur` or kBlurs voxels, + 0.5: measured from samples outside.
+    // The depth must be kBlurs × `blur` + 0.5, or kBlurs voxels; 0.5 because it is measured from samples outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -259,12 +261,14 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   return std::nullopt;
 }
 
-// Tubes of about 2.5 mm (after Frangi 1998): steep across, constant along.
+// Finds nerve canals: dark tubes of about 2.5 mm diameter (after Frangi 1998), which vary strongly across and little
+// along their axis.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
-  // m: radius, shortest canal, spacing of centre points
+  // Radius of a canal, length of the shortest canal, distance between points of its centre line; m.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // second derivative across / contrast of bone and canal; about 1/3 at kRadius
+  // Smallest tube measure: second derivative across / contrast of bone and canal. A canal of radius kRadius has about
+  // 1/3.
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -292,7 +296,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // Longest direction, by power iteration.
+    // Longest direction of the samples, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -306,7 +310,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
     if ((hi - lo) * voxel < kLeastLength) continue;
-    // Slices across it; centres weighted by the tube measure.
+    // Slices across the canal; each gives a point of the centre line, weighted by the tube measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
     std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
@@ -332,18 +336,19 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Blur narrows canals but keeps their deficit, Σ (dentin − grey): volume = deficit / (dentin − pulp). Near the border,
-// a sample is pulp if fewer darker ones than this lie in its ball. `to_crown`: squared; `blur`: voxels;
-// `soft_elsewhere`: for pulps too narrow to measure; `brightest_soft`: replaces a much brighter pulp.
+// Corrects root canals, which blur narrows. Blur keeps their deficit Σ (dentin − grey), so their volume is deficit /
+// (dentin − pulp). Near the border, a sample is pulp if fewer samples of its ball are darker than this volume contains.
+// `to_crown`: squared distance; `blur`: voxels; `soft_elsewhere`: grey value for pulps that are too narrow to measure;
+// `brightest_soft`: replaces the grey value of a pulp that is much brighter.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     double brightest_soft, Sparse<Tissue>& tissue) {
-  // voxels: reach of the blur; ball beyond a canal's far side
+  // Distance from a border that blur affects, and radius of a ball that reaches beyond a canal's far side; voxels.
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  // samples: near one, in all teeth
+  // Smallest number of dentin samples near a sample, and in all teeth.
   constexpr std::size_t kLeast = 20, kEnough = 200;
-  // of the pulp fraction; below 0 for noise and enamel
+  // Limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
   constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
@@ -356,7 +361,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
-  // Unblurred dentin, or nearer if roots are thin: greys.hard is mostly bone.
+  // Depth of dentin that blur does not change, and the smallest depth if roots are thin; voxels. greys.hard cannot
+  // replace it, because it is mostly bone.
   constexpr double kUnblurred = 3, kLeastFar = 1.5;
   SparseMask core_mask;
   std::vector<float> dentin_greys;
@@ -375,8 +381,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
   const double dentin = median_of(dentin_greys).value_or(greys.hard),
                own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
-  // Streaks brighten deep pulp; without them, pulp and nerve differ by less than 0.02.
-  constexpr double kStreaks = 0.05;  // of the dentin–soft contrast
+  // Streaks of metal brighten deep pulp. Without them, pulp and nerve differ by less than 0.02 of the contrast.
+  constexpr double kStreaks = 0.05;  // fraction of the contrast between dentin and soft tissue
   const double soft = own > brightest_soft + kStreaks * (dentin - brightest_soft) ? brightest_soft : own;
   const auto near_canal = [&](std::size_t i) {
     return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
@@ -384,7 +390,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   };
   Sparse<Tissue> corrected = tissue;
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    // Deep in the pulp or far from it: labels stay.
+    // Samples deep in the pulp, or far from it, keep their labels.
     if (!near_canal(i) || into_pulp.v[i] > kBlurred * kBlurred) return;
     double core = 0, samples = 0, darker = 0;
     const auto pulp_fraction = [&](double grey, double bright) {
@@ -416,10 +422,11 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   tissue = std::move(corrected);
 }
 
-// Teeth grow from maxima of depth (distance from the mask's surface) outwards; two are one unless they meet much
-// shallower than each is deep. Only those with `crown`. Samples.
+// Finds single teeth: regions grow from maxima of depth (distance from the mask's surface). Two regions are one tooth,
+// unless they meet at a depth much smaller than that of each. Only regions with `crown` count. Results in samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // m, equally deep beyond; depth of a contact / of the shallower tooth
+  // Largest depth that counts, m; largest depth of a contact between two teeth, as a fraction of the shallower tooth's
+  // depth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -488,7 +495,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
   constexpr int kBins = 300;
-  // Hounsfield units, brightest enamel
+  // Brightest enamel, Hounsfield units.
   constexpr double kBrightest = 3600;
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
@@ -504,7 +511,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Least variance within three classes (Otsu 1979).
+  // Thresholds of three classes with the smallest variance within classes (Otsu 1979).
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -522,9 +529,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Most frequent value per class.
+  // Most frequent value of a class.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    // bins, half window of the maximum
+    // Half width of the window for counting values, bins.
     constexpr std::size_t kHalf = 6;
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
@@ -538,10 +545,10 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // of enamel over dentin and cortical bone
+  // Density of enamel / that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
-  // Mixed bones: the brightest class is divided again.
-  constexpr double kLeastEnamel = 0.003;  // of the bright voxels
+  // If the three classes have mixed bones, the brightest class is divided again.
+  constexpr double kLeastEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
   for (std::size_t c = crown + 1; c < kBins; ++c) {
@@ -552,15 +559,15 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
     greys.hard = mode(crown, third);
     greys.enamel = upper;
   }
-  // Brighter than enamel by more than enamel over dentin.
+  // Metal is brighter than enamel by more than enamel is brighter than dentin.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // voxels; fewer: no metal
+  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels; with fewer, there is no metal
   if (metal.size() >= kLeastMetal) {
-    // Third quartile: borders of metal are too dark.
+    // Third quartile, because the borders of metal are too dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
@@ -582,16 +589,16 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Less noise; restores thin layers that blur has changed.
+  // Smoothing reduces noise, and restores thin layers after blur.
   constexpr double kSmooth = 0.8;  // voxels
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
-  const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³
+  const double mm3 = 1e-9 / cubed(voxel);  // samples per mm³
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
   const auto mask = [&](auto test) { return where(set, false, false, test); };
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Three masks: certain crowns, marrow, bright samples beside it. mm³: smaller regions are ignored.
+  // Three masks: certain crowns, marrow, bright samples beside marrow. kLeast…: smallest regions, mm³.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -609,7 +616,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Outer plate far from crowns, and from walls that cut the jaw.
+  // The outer plate of bone, far from crowns and from walls that cut the jaw.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
@@ -626,15 +633,15 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);
-  // Beside marrow small, for roots without a bright wall (3 mm wide: tooth up to 15 mm from its crown); in the plate
-  // small, for roots inside (kInPlate, m).
+  // Weights of a step into bone. Small beside marrow, so that roots without a bright wall stay teeth, and in the plate,
+  // for roots inside it. kInPlate: distance from the crown, m.
   constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
   const double in_plate = voxel * voxel / (kInPlate * kInPlate);
   Sparse<float> into_bone(set, 0, 0);
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first walk finds roots in the plate; the rest absorbs the second.
+  // The first walk finds roots in the plate. In the second walk, the rest of the plate absorbs.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
@@ -642,7 +649,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, bone, into_bone, greys, kFine,
                                                       [&](double done) { progress(0.4 + 0.3 * done); });
 
-  // With cavities, also those open by gaps of one sample.
+  // Teeth include their cavities, also those that gaps of one sample open.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -661,13 +668,14 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr int kCanalReach = 5;  // voxels, largest distance of a canal's samples from its middle
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // Dark and connected to the middle; the rest is noise.
+  // The canal: dark samples that are connected to its middle; other dark samples are noise.
   SparseMask core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
            !brighter(i, greys.canal());
   });
   SparseMask nerve(set, 0, 0), nerve_wall(set, 0, 0);
-  // `soft`: measured nerve, else water, and pulp up to kBrightestPulp HU above.
+  // Grey values `soft` of the measured nerve, or of water if there is none, and of the brightest pulp: up to
+  // kBrightestPulp Hounsfield units above water.
   constexpr double kBrightestPulp = 120;
   double soft = greys.soft, brightest_soft = greys.soft + kBrightestPulp;
   if (!out.report.canals.empty()) {
@@ -681,7 +689,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     });
     if (const std::optional<double> inside = grey_inside(scan, core, s.true_blur)) soft = brightest_soft = *inside;
     const Sparse<float> to_core = distance_squared_to(core, 3);
-    // Far from teeth: dentin may be brighter.
+    // Cortical bone is measured far from teeth, because dentin may be brighter.
     std::vector<float> plate_greys;
     for (std::size_t i = 0; i < plate.v.size(); ++i) {
       if (plate.v[i] && s.surface.distance[set->place(i)] < -2) plate_greys.push_back(grey.v[i]);
@@ -694,7 +702,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
     const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
     const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
-    double length = 0, volume = 0;  // voxels; samples
+    double length = 0, volume = 0;  // length in voxels, volume in samples
     for (const JawCanal& found : out.report.canals) {
       for (std::size_t k = 1; k < found.centre.size(); ++k)
         length += glm::length(found.centre[k] - found.centre[k - 1]);
@@ -702,7 +710,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // Brightest value along the rise; a wall only if the opposite way leads into the canal.
+    // Brightest value in the direction in which the grey value rises. It belongs to a wall only if the opposite
+    // direction leads into the canal.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -718,7 +727,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
       for (double t = kStep; t <= kLongest; t += kStep)
         brightest.v[i] = std::max(brightest.v[i], sample(exact, glm::dvec3(p) + t / steep * slope));
     });
-    // σ by which the largest of several exceeds the truth
+    // Noise raises the largest of several values by this many standard deviations.
     constexpr double kMostOfNoise = 0.5;
     const double excess = kMostOfNoise * noise * noise_left(kSmooth, s.true_blur);
     const auto bound_at = [&](std::size_t i) {
@@ -727,14 +736,14 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     nerve = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
     });
-    // Beside the nerve, a bright wall includes its blurred samples.
+    // Beside the nerve, a bright wall includes samples that blur has darkened.
     const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
     nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();
     });
   }
 
-  // Dentin's border: half-way to soft tissue, brighter for thin layers.
+  // The border of dentin is half-way to soft tissue; in thin layers it is brighter.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
@@ -744,7 +753,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // Blurred edges of metal look like enamel. The border is half-way to the darkest value within kBeside voxels.
+  // Blurred edges of metal look like enamel. The border of metal is half-way to the darkest value within kBeside
+  // voxels.
   SparseMask metal(set, 0, 0);
   if (greys.metal) {
     constexpr int kBeside = 3;

@@ -1,4 +1,4 @@
-// Labels of a jaw in a cone beam CT.
+// Labels the tissues of a jaw in cone beam CT.
 #pragma once
 
 #include <array>
@@ -10,34 +10,36 @@
 
 namespace typodont::haptics::importing {
 
-/// Dentin and cortical bone share one value.
+/// Grey values of a jaw's tissues. Dentin and cortical bone share the value `hard`.
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
-  bool has_enamel = false;      // false: no crown, `enamel` is a guess
+  bool has_enamel = false;      // false: no crown was found, and `enamel` is a guess
   std::optional<double> metal;  // empty: no metal
 
   // Returns the lowest grey value of dentin and cortical bone.
   double bright() const { return 0.5 * (cancellous + hard); }
   double crown() const { return 0.5 * (hard + enamel); }  // returns the lowest grey value of enamel
-  // Highest of a canal.
+  // Highest grey value of a canal.
   double canal() const { return 0.5 * (soft + cancellous); }
 };
 
-/// Otsu in uniform regions above `surface`. `offset`: of 0 Hounsfield units; `noise`: σ.
+/// Finds the grey values in uniform regions above `surface` with Otsu's method. `offset`: grey value of 0 Hounsfield
+/// units; `noise`: standard deviation.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
-/// From differences three voxels apart, if most of the scan is uniform.
+/// Standard deviation of the noise, from differences of voxels three apart. Valid if most of the scan is uniform.
 double noise_of(const Grid<float>& scan);
 
-/// Plane at the lower and upper wall of each axis that cuts tissue.
+/// For each axis, the planes at the lower and upper wall of the scan, if tissue touches them.
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
-  Sparse<Tissue> tissue;  // up to two samples outside
-  JawReport report;       // centres in samples
+  Sparse<Tissue> tissue;  // labels, also up to two samples outside the surface
+  JawReport report;       // positions in samples
 };
 
-/// `scan` as segmented, `noise` its σ; `walls` cut the jaw; `voxel` in m; `progress` 0..1 may throw.
+/// `scan`: the segmented scan; `noise`: its standard deviation; `walls`: walls that cut the jaw; `voxel`: m. `progress`
+/// receives 0..1, and may throw.
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress);
 

@@ -12,12 +12,12 @@ namespace {
 
 constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
 
-/// First voxel in the common grid.
+/// Index of a volume's first voxel in the grid that all volumes share.
 glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// `kept`: bytes of the volumes. Reports the overlap (m³).
+/// Joins the volumes, and reports their overlap (m³). `kept`: memory of the volumes, bytes.
 DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
                    ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;
@@ -58,7 +58,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   if (meshes.empty()) throw Error("INPUT", "", "no mesh", "one mesh or more");
   Imported all;
   ImportReport& report = all.report;
-  // Before the first mesh: all share one volume.
+  // Bounds of all meshes in the result, found first, because all share one volume.
   ImportRegion bounds;
   const auto in_result = [&](const PlacedMesh& mesh) {
     ImportOptions own = options;
@@ -104,7 +104,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     volumes.push_back(std::move(one.tissue));
   }
   all.tissue = joined(volumes, kept, options, report);
-  // False dentin means a single tooth.
+  // False dentin is measured only for a single tooth, so the preset is bone.
   importing::measure(all, ImportPreset::kBone);
   turn(all, options.turn);
   if (options.progress) options.progress(1);

@@ -17,7 +17,7 @@ static double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Mostly surroundings.
+// Values at the volume's walls, which are mostly surroundings.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -31,7 +31,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // Estimates σ.
+  // Estimate of the standard deviation from the median.
   return 1.4826 * quantile(values, 0.5);
 }
 
@@ -42,7 +42,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  // Uniform regions: edges are mixtures.
+  // Only uniform regions count, because voxels at edges are mixtures.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
   for_each_slab(greys.size.x, [&](int x) {
@@ -66,7 +66,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // By the noise, within limits.
+  // Width of the smoothing by the noise, within limits; bins.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
@@ -80,7 +80,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Highest first. A peak that rises above the valley to a higher one by less than 40 % of its height belongs to it.
+  // Adds bins to peaks, highest bin first. A peak that rises above the valley beside a higher peak by less than 40 % of
+  // its height is joined to it.
   struct Hill {
     int top;
     double pass = 0;
@@ -111,7 +112,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // The valley's lowest bin: the lower peak ends here.
+      // The lowest bin of a valley: the lower of both peaks ends here.
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
@@ -147,7 +148,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
     if (hill.top < 0) continue;
-    // Parabola through three points.
+    // Position of the peak from a parabola through three bins.
     const auto t = static_cast<std::size_t>(hill.top);
     double shift = 0;
     if (t > 0 && t + 1 < kBins) {
@@ -162,20 +163,21 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
 
 namespace {
 
-/// Hounsfield units plus a constant: air −1000, water 0, soft tissue −120 (fat) to 80.
+/// Scale of grey values: Hounsfield units plus a constant. Air −1000, water 0, soft tissue −120 (fat) to 80.
 struct HounsfieldScale {
   double offset;
   std::string source;  // how it was found, for the user
 };
 
-/// Air and soft tissue about 1000 apart; else plain units, by `lo` and `hi`; else empty.
+/// Finds air and soft tissue as peaks about 1000 apart. Otherwise the darkest and brightest value, `lo` and `hi`, may
+/// show plain Hounsfield units. Otherwise nullopt.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // HU of the brightest voxel: bone … metal
+  // Limits of the brightest voxel (bone to metal), Hounsfield units.
   constexpr double kLeastBone = 300, kMost = 8000;
-  // of all voxels, in each of both peaks
+  // Smallest fraction of all voxels in each of both peaks.
   constexpr double kLeastMass = 0.01;
-  // usual zeros, most frequent first; within kNear of one, it is taken
+  // Usual constants, most frequent first; an offset within kNear of one is set to it.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
@@ -198,7 +200,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   return found;
 }
 
-/// Most voxels; tiny ones ignored.
+/// Peak with the most voxels between two grey values; very small peaks are ignored.
 std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
   constexpr double kLeastMass = 0.002;
   const Peak* best = nullptr;
@@ -208,7 +210,8 @@ std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, d
   return best ? std::optional(best->level) : std::nullopt;
 }
 
-/// The surface lies at the user's threshold; both sides come from peaks, if any.
+/// Uses the user's thresholds: the surface lies at the threshold, and peaks give the grey values on both sides, if
+/// there are any.
 void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
                     double brightest, Levels& levels) {
   if (options.surface_grey) {
@@ -218,9 +221,9 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // Beside the tissue: the largest peak below the threshold, else the surroundings.
+    // Grey value beside the tissue: largest peak below the threshold, or else the surroundings.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // the tissue, if the threshold is half-way
+    // Grey value of the tissue, if the threshold is half-way.
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
@@ -257,7 +260,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo),
                 "tissue in a darker surround");
   }
-  // Hounsfield units: known values.
+  // On the scale of Hounsfield units, grey values of tissues are known.
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
@@ -268,7 +271,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Brighter than the surroundings, without soft tissue and pulp.
+  // Peaks brighter than the surroundings, without soft tissue and pulp.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {
@@ -295,7 +298,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // HU, initial: surface at 300; segment() improves it.
+    // First values in Hounsfield units, with the surface at 300; segment() improves them.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -1,4 +1,4 @@
-// Grey values of surroundings and tissues, from the histogram.
+// Finds the grey values of tissues in the histogram.
 #pragma once
 
 #include <filesystem>
@@ -13,23 +13,24 @@ namespace typodont::haptics::importing {
 struct Levels {
   double outside = 0;  // grey value of the surroundings
   double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
-  // enamel, cortical bone; empty: one tissue
+  // Grey value of enamel or cortical bone; empty: the scan shows only one tissue.
   std::optional<double> dense;
-  // given by the user or by Hounsfield units
+  // `dense` was given by the user or by Hounsfield units.
   bool fixed_dense = false;
-  // thin soft tissue over bone is `outside`; the air beyond is darker
+  // `outside` was given by the user or by Hounsfield units. It is then thin soft tissue over the bone; the air around
+  // it is darker.
   bool fixed_surround = false;
-  // Brighter: tooth. The largest body with teeth is imported; empty: the largest.
+  // Grey value above which voxels are tooth. The largest body with teeth is imported; if empty, the largest body.
   std::optional<double> tooth;
-  // m³ brighter than `tooth`
+  // Smallest volume brighter than `tooth` that counts as teeth, m³.
   static constexpr double kLeastTeeth = 8e-9;
-  // of the surface, 0: outside, 1: soft
+  // Grey value of the surface as a fraction: 0 is outside, 1 is soft.
   double height = 0.5;
-  std::optional<double> hounsfield;  // of 0 Hounsfield units; empty: unknown
+  std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;         // σ in the surroundings, smoothed
+  double smoothed_noise = 0;         // standard deviation in the surroundings after smoothing
 
-  /// Half-way, where a blurred edge truly lies, unless the user gives it.
+  /// Surface: half-way between both grey values, where a blurred edge truly lies, unless the user gave a threshold.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }
@@ -37,12 +38,12 @@ struct Levels {
 
 struct Peak {
   double level;  // grey value of the peak
-  double mass;   // of all voxels, between its valleys
+  double mass;   // fraction of all voxels that lie between the valleys beside the peak
 };
-/// Dark to bright. `blur`: σ of the noise.
+/// Finds the peaks of the histogram, from dark to bright. `blur`: standard deviation of the noise.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// `smoothed`: slightly. Throws Error without tissue.
+/// `smoothed`: the scan after slight smoothing. Throws Error if there is no tissue.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 

@@ -14,12 +14,12 @@ std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMas
     if (blur == 0) return here;
     double rise = 0;
     for (const glm::ivec3& f : kFaces) rise += static_cast<double>(grey[p + f]) - here;
-    // Half a voxel before the nearest sample outside.
+    // Distance from the border in units of `blur`. The border lies half a voxel before the nearest sample outside.
     const double z = std::clamp((std::sqrt(static_cast<double>(away[p])) - 0.5) / blur, 0.5, 6.0);
     const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI);
     return here - blur * blur * rise * 0.5 * std::erfc(z / std::sqrt(2.0)) / (z * density);
   };
-  // Nearer to the border, if too few are far.
+  // If too few samples are far from the border, nearer ones are used.
   for (const double far : {3.0, 2.5, 2.0, 1.5, 1.4}) {
     if (far < least) break;
     const auto counts = [&](const glm::ivec3&, std::size_t i) { return away.v[i] >= static_cast<float>(far * far); };

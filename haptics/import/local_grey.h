@@ -1,4 +1,4 @@
-// Grey values in the whole scan and near each sample.
+// Typical grey values of a tissue, in the whole scan and near each sample.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Most frequent with counts(i); empty: too few. Large volumes: every n-th.
+/// Most frequent value among samples with counts(i), within ± `width`; nullopt if there are too few. Of large volumes,
+/// only every n-th sample is used.
 template <class Counts>
 std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts counts) {
   constexpr std::size_t kEnough = 20'000'000;
@@ -29,28 +30,29 @@ std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts c
   return mode;
 }
 
-/// Smoothed means of cells of 4³ samples; of the whole scan where few count.
+/// Local mean of grey values: smoothed means of cells of 4³ samples. Where few samples count, it approaches the mean of
+/// the whole scan.
 class LocalGrey {
  public:
-  /// `grey` of a sample; `counts`: used.
+  /// `grey(p)`: value of a sample; `counts(p, i)`: whether it is used; `everywhere`: mean of the whole scan.
   template <class Grey, class Counts>
   LocalGrey(Grey grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((set.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    // A cell lies in one block: threads do not collide.
+    // Each cell lies in one block, so threads never write to the same cell.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;
       sum_[cell] += static_cast<float>((grey(p) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // cells; with cell and interpolation about four samples
+    // Standard deviation in cells; together with cell and interpolation, it smooths over about four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // against 1 for all samples nearby
+    // Weight of the whole scan's mean; all samples nearby together have weight 1.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
@@ -61,9 +63,10 @@ class LocalGrey {
   Grid<float> sum_, weight_;
 };
 
-/// Far from the border of `tissue`, overall and near each sample; empty below `enough` at `least` (voxels). Blur at z ·
-/// `blur` from an edge changes grey by Φ(−z) and the Laplacian by z φ(z) / blur² of its height, and is removed by the
-/// latter; `blur` 0: unchanged.
+/// Grey value of a tissue, from samples far from its border. Returns nullopt if fewer than `enough` samples are at
+/// least `least` voxels from the border. At z · `blur` voxels from an edge, blur changes the grey value by Φ(−z) and
+/// the Laplacian by z φ(z) / blur² of the edge's height, so the Laplacian gives the correction. `blur` 0: no
+/// correction.
 std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMask& tissue, std::size_t enough,
                                         double least, double blur);
 

@@ -31,7 +31,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// As in the file; equal corners may be separate.
+// A mesh as the file states it; equal corners may be separate points.
 struct Soup {
   std::vector<std::array<float, 3>> points;
   std::vector<std::vector<std::size_t>> faces;
@@ -42,7 +42,7 @@ std::uint8_t color_byte(double fraction) {
   return static_cast<std::uint8_t>(std::clamp(fraction, 0.0, 1.0) * 255 + 0.5);
 }
 
-// Text and binary: assimp checks neither counts nor indices of PLY.
+// Reads PLY as text or binary. assimp does not check counts and indices of PLY.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)
@@ -112,7 +112,7 @@ class PlyReader {
     std::vector<Property> properties;
   };
 
-  /// Every second triangle is reversed.
+  /// Adds a strip's triangles; every second one is reversed.
   static void add_strip(const std::vector<std::size_t>& strip, Soup& soup) {
     for (std::size_t k = 2; k < strip.size(); ++k)
       soup.faces.push_back({strip[k - 2 + k % 2], strip[k - 1 - k % 2], strip[k]});
@@ -212,7 +212,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text;
 }
 
-/// Also percent-encoded ("tooth%201.bin").
+/// Finds files that a mesh names, also percent-encoded ("tooth%201.bin").
 class NamedFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override {
@@ -236,11 +236,11 @@ class NamedFiles : public Assimp::DefaultIOSystem {
   }
 };
 
-/// Throws Error if glTF requires what assimp ignores.
+/// Throws Error if glTF requires an extension that assimp ignores.
 void check_gltf_extensions(const std::filesystem::path& file, bool binary) {
   std::string text = text_of(file);
   if (binary) {
-    std::uint32_t length = 0;  // of the JSON text behind the header of 20 bytes
+    std::uint32_t length = 0;  // length of the JSON text behind the 20-byte header
     if (text.size() < 20) return;
     std::memcpy(&length, &text[12], sizeof length);
     text = text.substr(20, length);
@@ -250,7 +250,7 @@ void check_gltf_extensions(const std::filesystem::path& file, bool binary) {
   if (required == json.end() || !required->is_array()) return;
   for (const auto& extension : *required) {
     const std::string name = extension.is_string() ? extension.get<std::string>() : extension.dump();
-    // These extensions change materials and lights alone.
+    // These extensions change only materials and lights.
     if (name.starts_with("KHR_materials_") || name == "KHR_texture_transform" || name == "KHR_lights_punctual")
       continue;
     throw Error(file.string(), "extensionsRequired", name, "a glTF file without compressed or quantized triangles");
@@ -274,7 +274,7 @@ double unit_of_3mf(const std::filesystem::path& file) {
   return 1;
 }
 
-/// STL or OBJ as assimp reads it; empty: binary, or fine.
+/// Rewrites STL or OBJ text as assimp can read it; nullopt: binary, or nothing to change.
 std::optional<std::string> plain_text(const std::filesystem::path& file, const std::string& extension) {
   if (extension == ".obj") {
     std::string text = text_of(file), plain;
@@ -303,7 +303,7 @@ std::optional<std::string> plain_text(const std::filesystem::path& file, const s
 Soup read_with_assimp(const std::filesystem::path& file) {
   const std::string extension = lower_case(file.extension().string());
   if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(file, extension == ".glb");
-  // This also finds damage in the archive, on which assimp would abort.
+  // Also finds archive damage that would make assimp abort.
   const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
   Assimp::Importer importer;
   importer.SetIOHandler(new NamedFiles);  // the importer deletes it
@@ -343,12 +343,12 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Into earlier points within a small distance.
+/// Merges points that are within a small distance.
 class Welder {
  public:
   Welder(double tolerance, Mesh& mesh) : tolerance_(tolerance), cell_(16 * tolerance), mesh_(mesh) {}
 
-  /// `moved`: merged at another position.
+  /// Returns the index of the point. `moved`: it was merged with a point at another position.
   int add(const glm::dvec3& p, bool& moved) {
     const Cell lo = cell_of(p - tolerance_), hi = cell_of(p + tolerance_);
     for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
@@ -409,7 +409,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
   }
   const double diagonal = soup.points.empty() ? 0 : unit * glm::length(hi - lo);
   if (!(diagonal > 0 && diagonal < 1e6)) throw Error(file.string(), "mesh", "no triangles", "a surface");
-  // Equal corners become one point, whatever their normals and texture coordinates.
+  // Equal corners become one point, even if their normals or texture coordinates differ.
   Welder welder(std::min(kWeldShare * diagonal, kWeldMost), mesh);
   std::vector<int> index(soup.points.size());
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
@@ -435,7 +435,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
 }
 
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
-  // m of border, about 2 mm wide
+  // Longest border of a small hole, m; the hole is then about 2 mm wide.
   constexpr double kSmallHole = 6e-3;
   Mesh mesh = read_surface(file, unit, repairs);
   drop_copies(mesh, repairs);

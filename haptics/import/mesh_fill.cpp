@@ -14,7 +14,7 @@ using glm::dvec3;
 
 constexpr int kInside = 3;  // sixths of the winding number
 
-/// Outer surface: omits buried triangles, splits partly buried ones down to a voxel.
+/// Outer surface of the parts: omits buried triangles, and splits partly buried ones down to the size of a voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -25,7 +25,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // nothing omitted: whole
+      if (add(t, skin)) {  // nothing was omitted: keeps the whole triangle
         skin.resize(before);
         skin.push_back(t);
       }
@@ -34,9 +34,9 @@ class Skin {
   }
 
  private:
-  /// True: all of it belongs.
+  /// Adds the outer parts of a triangle. Returns true if all of it is on the outer surface.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels, no longer split
+    constexpr double kSmall = 2;  // voxels, smaller triangles are not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;
@@ -59,9 +59,10 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // Off the centre: opposite faces' centres may coincide.
+    // Not exactly the centre, because the centres of opposite faces may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // voxels. A side lies outside: by parts at kAround, or, if equal, winding numbers at kBeside.
+    // Distances of test points beside the triangle, voxels. A side lies outside if there is no part at kAround, or,
+    // between equal parts, by the winding number at kBeside.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -69,7 +70,7 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // Between two parts: buried.
+    // A triangle between two parts is buried.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -80,7 +81,7 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Samples between different parts at most three voxels apart join the one ahead.
+/// Fills cracks: samples between two different parts at most three voxels apart join the part on the positive side.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -106,9 +107,9 @@ void close_cracks(Mask& part) {
   });
 }
 
-/// Inside beside outside without a triangle: an opening.
+/// Finds openings: neighbouring samples inside and outside without a triangle between them.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
-  // voxels, a triangle is there
+  // Voxels; nearer triangles count as lying between the samples.
   constexpr float kOnMesh = 1;
   std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
   for_each_slab(part.size.x, [&](int x) {
@@ -131,7 +132,7 @@ std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance
   return all;
 }
 
-/// The cap's distance where it is nearer; adds its blocks.
+/// Closes openings: takes the distance to the cap where it is smaller, and adds its blocks.
 void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& distance) {
   const BlockSet& before = *distance.set;
   const int reach = static_cast<int>(std::ceil(band)) + 1;
@@ -191,7 +192,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     if (part[p] && !filled.sheet) d = -d;
     distance.v[i] = static_cast<float>(d);
   });
-  // Blocks not stored are wholly in or out.
+  // Blocks that are not stored lie completely inside or outside.
   const auto blocks = std::make_shared<BlockSet>(*distance.set);
   Grid<std::uint8_t> places;
   places.size = blocks->count;
@@ -220,7 +221,7 @@ void spread_parts(FilledMesh& filled, double reach) {
 }
 
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {
-  // bytes: stored sample, sample of the box, grid line
+  // Memory per stored sample, per sample of the box, and per grid line; bytes.
   constexpr double kStored = 14, kPart = 1, kLine = 24;
   std::vector<Triangle> all;
   for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());

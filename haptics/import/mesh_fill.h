@@ -10,19 +10,19 @@ namespace typodont::haptics::importing {
 
 struct FilledMesh {
   Sparse<float> distance;  // voxels, negative inside, within the band
-  Mask part;               // from 1; 0 outside
-  bool capped = false;     // openings closed at winding number 0.5
-  bool sheet = false;      // no volume: a shell of two voxels
+  Mask part;               // number of the part that contains the voxel, from 1; 0 outside
+  bool capped = false;     // the mesh had openings, which were closed where the winding number is 0.5
+  bool sheet = false;      // the mesh encloses no volume, so it became a sheet two voxels thick
 };
 
-/// Union of parts with winding number ≥ 0.5 (3 sixths); the last part wins; cracks up to three voxels are filled;
-/// buried triangles do not count. Index space, `band` in voxels.
+/// Fills the union of the parts: voxels with winding number ≥ 0.5. Where parts overlap, the last one counts. Cracks up
+/// to three voxels are filled. Triangles in voxel coordinates; `band` in voxels.
 FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
-/// Nearest part, `reach` voxels outwards, for labels at the surface.
+/// Copies part numbers up to `reach` voxels outwards, so that labels can be read at the surface.
 void spread_parts(FilledMesh& filled, double reach);
 
-/// bytes of fill_mesh() and its result.
+/// Memory of fill_mesh() and its result, bytes.
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

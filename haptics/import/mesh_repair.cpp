@@ -22,7 +22,7 @@ using glm::dvec3;
 struct EdgeUse {
   int low, high;  // indices of the edge's two points; low < high
   std::size_t triangle;
-  bool up;  // from `low` to `high`
+  bool up;  // the triangle passes the edge from `low` to `high`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {
@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// use(first, end): triangles of an edge.
+/// Calls use(first, end) for each edge, with the range of its triangles.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {
@@ -59,7 +59,7 @@ dvec3 point(const Mesh& mesh, int i) {
   return mesh.points[static_cast<std::size_t>(i)];
 }
 
-/// Corners and centre.
+/// Adds the corners and the centre of a triangle to the repair places.
 void add_place(const Mesh& mesh, const std::array<int, 3>& corners, MeshRepairs& repairs) {
   dvec3 middle(0);
   for (const int corner : corners) {
@@ -93,7 +93,7 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // By an edge of two triangles. `same_way`: both list it alike.
+  // Neighbour over an edge with two triangles. `same_way`: both triangles list the edge in the same direction.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -133,7 +133,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // first to second point
+  // Edges of borders, from first to second point.
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -154,7 +154,7 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // A repeated point closes a border.
+    // Follows the edges; reaching a point again closes a border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {
@@ -221,7 +221,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   });
   std::map<int, int> number;
   std::vector<std::vector<Triangle>> triangles;
-  std::vector<dvec3> first;  // one point per shell
+  std::vector<dvec3> first;  // one point of each shell
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto [it, fresh] = number.try_emplace(find(static_cast<int>(t)), static_cast<int>(number.size()));
     const auto s = static_cast<std::size_t>(it->second);
@@ -273,7 +273,7 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Hollows face outward in many files: no repair.
+    // Not counted as repair: in many files, hollows face outward.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -1,4 +1,4 @@
-// Copies, orientation, holes, shells.
+// Repairs of triangle meshes: copies, orientation, holes, shells.
 #pragma once
 
 #include <vector>
@@ -7,40 +7,41 @@
 
 namespace typodont::haptics::importing {
 
-/// Same corners in the same order.
+/// Removes triangles that have the same corners in the same order as another one.
 void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 
-/// Neighbours list their edge oppositely; fewest reversals per piece.
+/// Reverses triangles until neighbours list their common edge in opposite directions, with the fewest reversals in each
+/// piece.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// Path along edges with an odd number of triangles, in their direction.
+/// Border of a surface: a path along edges that belong to an odd number of triangles, in their direction.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m, length of the border
-  bool closed = true;  // false: inconsistent triangles
+  bool closed = true;  // false: the path does not close, because triangles are inconsistent
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Fan around its centre; adds places, does not count.
+/// Closes a border with a fan of triangles around its centre. Adds repair places, but counts no hole.
 void close_border(Mesh& mesh, const Border& border, MeshRepairs& repairs);
 
-/// Up to `longest` (m) or four edges.
+/// Closes holes whose border is at most `longest` (m) long or has at most four edges.
 void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 
-/// Connected over edges.
+/// Shells: groups of triangles that are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  // m³, signed; open shells as if closed to their first point.
+  // Signed volume of each shell, m³. An open shell counts as closed to its first point.
   std::vector<double> volume;
-  // shells around each; 0 above kMostNested
+  // Number of shells around each shell; 0 if there are more than kMostNested shells.
   std::vector<int> depth;
 };
-// more are probably fragments
+// More shells than this are probably fragments.
 inline constexpr std::size_t kMostNested = 200;
-/// `nesting`: with depth.
+/// `nesting`: also computes Shells::depth.
 Shells shells_of(const Mesh& mesh, bool nesting);
 
-/// Even depth outward, odd (hollows) inward.
+/// Makes shells of even depth face outward, and those of odd depth (hollows) inward.
 void turn_shells(Mesh& mesh, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

@@ -25,7 +25,8 @@ class MeshSolid : public Solid {
     if (p.empty()) return;
     distances[0] = distance(p[0]);
     for (std::size_t i = 1; i < p.size(); ++i) {
-      // The last point's ball holds no surface: same sign within it, and the surface is no farther than its far side.
+      // The ball around the last point contains no surface: within it the sign stays, and the surface is at most `step`
+      // + `before` away.
       const double step = glm::length(p[i] - p[i - 1]), before = std::abs(distances[i - 1]);
       const double d = std::sqrt(tree_.distance_squared(p[i], (step + before) * kRounding));
       const bool inside = step * kRounding < before ? distances[i - 1] < 0 : tree_.winding(p[i]) > 0;
@@ -44,7 +45,7 @@ class MeshSolid : public Solid {
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit) {
   importing::MeshRepairs repairs;
   const importing::Mesh mesh = importing::read_mesh(file, unit, repairs);
-  // The user would not learn of it; `typodont import` reports repairs.
+  // Throws, because the user would not learn of closed holes here; `typodont import` reports repairs.
   if (repairs.holes > 0) {
     throw Error(file.string(), "", fmt::format("{} holes with {} edges in all", repairs.holes, repairs.hole_edges),
                 "a closed surface; typodont import closes small holes");

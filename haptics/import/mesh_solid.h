@@ -1,4 +1,4 @@
-// A closed mesh as solid with exact distance. Set-up only.
+// A closed mesh as a solid with exact distance. For set-up only.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// `unit`: m per unit. Throws Error, also if not closed.
+/// `unit`: m per unit of the file. Throws Error, also if the mesh is not closed.
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit);
 
 }  // namespace typodont::haptics

@@ -23,14 +23,14 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
 constexpr double kLeastVoxel = 0.1e-3;  // m, smallest voxel edge that is chosen automatically
-constexpr double kUsualVoxels = 12e6;   // voxels, automatic
-// m, automatic edges are multiples
+constexpr double kUsualVoxels = 12e6;   // number of voxels, if their edge is chosen automatically
+// Automatically chosen edges are multiples of this, m.
 constexpr double kVoxelStep = 0.01e-3;
 constexpr double kBand = 1.5e-3;     // m, largest distance from the surface that the volume stores
-constexpr double kLeastArea = 1e-9;  // of the squared extent
+constexpr double kLeastArea = 1e-9;  // smallest area, as a fraction of the squared extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
-/// First vertex as origin.
+/// Six times the enclosed volume, relative to the first vertex.
 double six_volumes(const TissueMesh& mesh) {
   const dvec3 from = mesh.vertices.front();
   double sum = 0;
@@ -40,9 +40,9 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// Edges pair up in opposite directions.
+/// Returns true if all edges occur equally in both directions.
 bool is_closed(const TissueMesh& mesh) {
-  // sorted vertices, direction
+  // For each edge: its sorted vertices, and its direction.
   std::vector<std::array<unsigned, 3>> edges;
   for (const glm::uvec3& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {

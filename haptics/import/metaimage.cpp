@@ -1,4 +1,5 @@
-// .mha, .mhd: lines "Key = Value", then plain or zlib data. ITK and VTK do not check the header, so this does.
+// MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib data. Other libraries do not check the header, so
+// this reader does.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -20,7 +21,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // of LOCAL data
+  std::streamoff end = 0;  // end of the header, where LOCAL data begin
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);
@@ -95,11 +96,11 @@ static std::vector<char> read_bytes(const std::filesystem::path& file, std::uint
 static std::vector<char> unpack(const std::filesystem::path& file, const std::vector<char>& packed, std::size_t bytes) {
   std::vector<char> out(bytes);
   z_stream z{};
-  // 15 + 32: zlib and gzip.
+  // 15 + 32: accepts zlib and gzip.
   if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // zlib counts 32 bits
+  while (state == Z_OK && got < bytes) {  // the loop is needed because zlib counts with 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
@@ -168,13 +169,13 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // File and position of the numbers.
+  // Finds the file with the numbers, and their position.
   std::string name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
     header.fail("ElementDataFile", "LOCAL or the name of one file");
   }
-  // A path of another computer: beside the header.
+  // The path is that of another computer: searches the header's folder.
   const auto foreign = name.find_last_of("\\/");
   if (!local && foreign != std::string::npos && !std::filesystem::exists(file.parent_path() / name))
     name.erase(0, foreign + 1);

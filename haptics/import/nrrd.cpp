@@ -26,7 +26,7 @@ using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
 using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
 }  // namespace
 
-// "line 4 (type)", or "header".
+// Position for messages: "line 4 (type)", or "header".
 static std::string place_of(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -36,12 +36,12 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
-// teem 1.12 overflows a buffer on long lines of a damaged header.
+// Checks the length of lines, because teem 1.12 overflows a buffer on long lines of a damaged header.
 static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
   std::string line;
-  bool names = false;  // after "data file: LIST": names to the end
+  bool names = false;  // true after "data file: LIST": names follow to the end
   for (int number = 1; number < 100000; ++number) {
     line.clear();
     int c = in.get();
@@ -50,7 +50,7 @@ static void check_header(const std::filesystem::path& file) {
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
-    // "key:=value" may contain ": "
+    // A line "key:=value" may also contain ": ".
     const bool pair = line.find(":=") < line.find(": ");
     const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
@@ -62,7 +62,7 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// teem 1.12 overflows its stack on long words.
+// Checks the length of words, because teem 1.12 overflows its stack on long ones.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -90,7 +90,7 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// Nearest to the cause; `all`: everything.
+// Last message of teem, nearest to the cause. `all`: receives all messages.
 static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
   std::string cause = text ? text.get() : "an unreadable file";
@@ -115,7 +115,7 @@ static std::string last_cause(std::string* all = nullptr) {
   throw Error(file.string(), field.empty() ? "NRRD" : place_of(file, field), cause, expected_in(field));
 }
 
-// Names by value: "2:=dentin", or "Segment0_Name:=Dentin" with "Segment0_LabelValue:=2" (3D Slicer).
+// Names of label values: "2:=dentin", or "Segment0_Name:=Dentin" with "Segment0_LabelValue:=2" (3D Slicer).
 static std::optional<std::map<int, std::string>> labels_of(const std::filesystem::path& file, const Nrrd& nrrd) {
   constexpr std::string_view kName = "_Name", kLabel = "_LabelValue", kLayer = "_Layer", kSegment = "Segment";
   const auto number = [](std::string_view text) {
@@ -147,7 +147,7 @@ static std::optional<std::map<int, std::string>> labels_of(const std::filesystem
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);
-  // Header first: sizes are checked before memory.
+  // Reads the header first, so that sizes are checked before memory is allocated.
   const NrrdOwner header(nrrdNew());
   const StateOwner state(nrrdIoStateNew());
   state->skipData = 1;
@@ -167,12 +167,12 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 
-  // Large enough?
+  // Checks whether the data are large enough.
   double present = 0;
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    // Numbered files: teem reports missing ones.
+    // If files are numbered, teem reports missing ones.
     known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
@@ -207,7 +207,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header is valid: it is the data.
+    // The header is valid, so the data must be wrong.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));
@@ -227,7 +227,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
   if (scan.spacing_place == "header") scan.spacing_place = "spacings";
-  // Left-handed: reverse the first axis.
+  // Left-handed spaces: reverses the first axis.
   const bool left_handed = nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpace3DLeftHanded;
   for (std::size_t k = 0; k < 3; ++k) {
     const NrrdAxisInfo& axis = nrrd->axis[axes[k]];
@@ -235,14 +235,14 @@ static RawScan read_nrrd(const ScanRequest& request) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
-      // Spacings without directions: the space's axes.
+      // Spacings without directions are along the axes of the space.
       if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
         step = glm::dvec3(0);
         step[static_cast<int>(k)] = axis.spacing;
         scan.spacing_place = place_of(file, "spacings");
       }
       if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
-      // Anatomical: mm unless stated.
+      // In an anatomical space the unit is mm, unless another is stated.
       scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
     } else {
       step[static_cast<int>(k)] = axis.spacing;

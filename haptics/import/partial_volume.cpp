@@ -12,14 +12,14 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr int kBall = 6;  // voxels, beyond the far side of a thin layer
+constexpr int kBall = 6;  // voxels, radius of a ball that reaches beyond the far side of a thin layer
 
 struct BallSample {
-  double label;  // 1 in the middle, 0 at the edge
-  // Sharpened, so that blur does not change the weighted sum.
+  double label;  // weight of a label: 1 in the middle, 0 at the edge
+  // Weight of a fraction, sharpened so that blur does not change the weighted sum.
   double fraction;
 };
-// Along z, at one x and y.
+// Row of a ball along z at one (x, y).
 struct BallRow {
   int x, y, half;                   // z is from -half to half
   std::vector<BallSample> samples;  // sorted by z
@@ -34,7 +34,7 @@ std::vector<BallRow> ball_rows(double blur) {
       for (int z = -kBall; z <= kBall; ++z) {
         const double r = (x * x + y * y + z * z) / kSquared;
         if (r >= 1) continue;
-        // Blur adds blur²/2 · ∇²w; w = (1 − r)², ∇²w = (20 r − 12) / kSquared.
+        // Blur adds blur²/2 · ∇²w to the weighted sum; w = (1 − r)², ∇²w = (20 r − 12) / kSquared.
         const double weight = (1 - r) * (1 - r);
         row.samples.push_back({weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
         row.half = z;
@@ -50,19 +50,19 @@ struct Ranked {
   double weight;
 };
 
-// Value that samples of the total weight `volume` exceed, interpolated. Reorders the samples.
+// Value that samples with the total weight `volume` exceed, interpolated. Reorders the samples.
 float exceeded_by(std::span<Ranked> samples, double volume) {
   const auto greater = [](const Ranked& a, const Ranked& b) { return a.value > b.value; };
-  double above = 0;              // weight of dropped larger ones
-  const Ranked* last = nullptr;  // the sample with the smallest value among these
-  // Halved by value until few must be sorted.
+  double above = 0;              // weight of the larger samples that were dropped
+  const Ranked* last = nullptr;  // smallest of the dropped samples
+  // Halves the samples by value until few must be sorted.
   constexpr std::size_t kFew = 16;
   while (samples.size() > kFew) {
     const std::size_t half = samples.size() / 2;
     std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(half), greater);
     const double larger = std::accumulate(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(half), above,
                                           [](double sum, const Ranked& s) { return sum + s.weight; });
-    // Half of its own weight counts.
+    // A sample counts with half of its own weight.
     if (larger + 0.5 * samples[half].weight >= volume) {
       samples = samples.first(half + 1);
     } else {
@@ -103,7 +103,7 @@ void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const Spa
       if (x < 0 || y < 0 || x >= set.size.x || y >= set.size.y) continue;
       const int first = std::max(p.z - row.half, 0), end = std::min(p.z + row.half + 1, set.size.z);
       for (int z = first; z < end;) {
-        // Contiguous within a block.
+        // Samples are contiguous within a block.
         const int in_block = std::min(end, (z / BlockSet::kEdge + 1) * BlockSet::kEdge);
         const std::ptrdiff_t k = field.index({x, y, z});
         if (k < 0) {

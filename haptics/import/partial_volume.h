@@ -1,12 +1,13 @@
-// Borders of thin tissues, where blur and mixed voxels defeat thresholds.
+// Corrects borders of thin tissues, where thresholds fail because of blur and mixed voxels.
 #pragma once
 
 #include "haptics/import/blocks.h"
 
 namespace typodont::haptics::importing {
 
-/// Around each sample of `border`, the field is lowered by the value that as many samples of a ball exceed as their
-/// `fraction`s sum to: blur changes fractions, not their sum. Only in `body`. `blur`: voxels.
+/// Moves the zero set of `field` near each sample of `border`: the sum of `fraction` over a ball gives the number of
+/// its samples that belong to the tissue, and the field is lowered by the value that so many samples exceed. Blur
+/// changes single fractions, but not their sum. Only samples in `body` count. `blur`: voxels.
 void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const SparseMask& border, const SparseMask& body,
                   double blur);
 

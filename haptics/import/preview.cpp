@@ -1,4 +1,4 @@
-// Pictures to check an import.
+// Writes pictures with which a user checks an import.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -69,7 +69,7 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// Cells of `cell` (m) and their neighbours.
+// Cells of edge `cell` (m) that contain a repair, and their neighbours.
 class Repaired {
  public:
   Repaired(const std::vector<dvec3>& points, double cell) : cell_(cell) {
@@ -86,17 +86,17 @@ class Repaired {
   std::set<std::array<int, 3>> cells_;
 };
 
-// Four sides and both ends, light from above; repairs in magenta.
+// Draws the surface from four sides and both ends, with light from above and repairs in magenta.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
   const dvec3 middle = 0.5 * (lo + hi);
   const double reach = 0.5 * glm::length(hi - lo);
   constexpr int kTile = 420;
-  // m, marks of three pixels
+  // Edge of the marks of repairs, m: three pixels.
   const double cell = std::max(t.frame.voxel, 2.1 * reach / kTile * t.frame.voxel);
   const Repaired repaired(imported.report.repaired, cell);
-  // voxels, trilinear
+  // Distance in voxels, trilinear.
   const auto distance = [&](const dvec3& p) {
     const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
     const glm::ivec3 i(q);
@@ -168,7 +168,7 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
   const double white = report.dense_level.value_or(report.soft_grey) * 1.1 - 0.1 * report.outside_grey;
   std::vector<std::filesystem::path> files;
 
-  // Across `w` at `level`, `u` right, `v` up; greys left, tissue right.
+  // Draws the slice across axis `w` at `level`, with `u` to the right and `v` up; grey values left, tissues right.
   const auto slice = [&](const std::string& name, int w, int u, int v, double level) {
     const int pixels = std::clamp(720 / std::max(t.size[u], t.size[v]), 1, 12);
     const int width = (t.size[u] - 1) * pixels, height = (t.size[v] - 1) * pixels;

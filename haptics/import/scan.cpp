@@ -95,7 +95,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // two copies, one with exchanged axes
+  // Two copies of the scan, one with exchanged axes.
   constexpr double kBytesPerVoxel = 8;
   if (const double most = memory.value_or(free_memory()); product * kBytesPerVoxel > most) {
     throw Error(file.string(), place,
@@ -159,7 +159,7 @@ const std::vector<ScanFormat>& scan_formats() {
   return formats;
 }
 
-/// "NRRD .nrrd .nhdr, NIfTI .nii".
+/// Lists the formats: "NRRD .nrrd .nhdr, NIfTI .nii".
 static std::string formats_in_words() {
   std::string text;
   for (const ScanFormat& format : scan_formats())
@@ -167,7 +167,7 @@ static std::string formats_in_words() {
   return text;
 }
 
-/// First bytes, else extension; null: unknown.
+/// Recognises a format by the first bytes, otherwise by the extension; null: unknown.
 static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
   const std::string name = lower_case(file.filename().string());
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
@@ -205,7 +205,8 @@ static RawScan read_any(const ScanRequest& request) {
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
-// Axes exchanged and reversed to the space's, never mirrored; the rest rotation is world_rotation.
+// Exchanges and reverses axes so that they follow those of the space, never mirrored. The remaining rotation is
+// world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
@@ -217,7 +218,7 @@ static Scan align(RawScan&& raw) {
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // best pair each round
+  for (int round = 0; round < 3; ++round) {  // finds the best pair of axes in each round
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
@@ -240,9 +241,9 @@ static Scan align(RawScan&& raw) {
     scan.spacing[w] = glm::length(step) * kMillimetre;
     if (sign[w] < 0) first += step * static_cast<double>(size[w] - 1);
   }
-  constexpr double kOblique = 0.9999;  // cosine of 0.8°, above is oblique
+  constexpr double kOblique = 0.9999;  // cosine of 0.8°; a larger angle makes the scan oblique
   if (straightest < kOblique) {
-    // Nearest rotation: mean with the inverse transpose, repeated (Higham 1986).
+    // Nearest rotation: repeated mean with the inverse transpose (Higham 1986).
     glm::dmat3 r;
     for (int w = 0; w < 3; ++w)
       r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
@@ -257,14 +258,14 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // First voxel in the data, and steps per axis.
+  // Position of the first voxel in the file's data, and steps along each axis.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // Slabs, for the cache.
+  // Processes slabs, which fit into the cache.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -282,7 +283,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
   glm::dvec3 n = glm::cross(u, v);
   if (glm::dot(n, raw.step[2]) < 0) n = -n;
-  // cosine of 89.4°: still perpendicular
+  // Cosine of 89.4°; axes beyond it count as perpendicular.
   constexpr double kSquare = 0.01;
   if (std::abs(glm::dot(u, v)) > kSquare) {
     throw Error(file.string(), "axis directions",
@@ -292,7 +293,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
                angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
   constexpr double kStraight = 0.1 * kPi / 180;
   if (angle < kStraight) return 0;
-  // voxels per slice
+  // Shift per slice along both axes, voxels.
   const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
                            glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
   const int last = raw.size.z - 1;
@@ -314,7 +315,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): rows, then columns.
+    // new(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): first along rows, then along columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -349,7 +350,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   return angle;
 }
 
-// Throws Error without `nan_grey`.
+// Replaces NaN voxels. Throws Error if `nan_grey` is empty.
 static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = raw.grey.size(); i-- > 0;) {
@@ -398,7 +399,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // Stated spacing and unit: large voxels are real.
+    // The file states spacing and unit, so its voxels are really that large.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
@@ -409,7 +410,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
                : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
                              limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
-  // Axes in a plane: no orientation.
+  // The axes lie in a plane: they define no orientation.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");

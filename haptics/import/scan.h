@@ -1,5 +1,5 @@
-// NRRD (teem), NIfTI (nifti_clib), MetaImage (zlib), DICOM (GDCM). Error with file, position, found, expected. Sizes
-// are checked before memory.
+// Reads scans: NRRD (teem), NIfTI (nifti_clib), MetaImage (zlib), DICOM (GDCM). Every Error has file, position, found
+// and expected value. Sizes are checked before memory is allocated.
 #pragma once
 
 #include <array>
@@ -20,18 +20,19 @@ struct RawScan {
   std::string format;  // name of the format: "NRRD" …
   glm::ivec3 size{0};
   std::vector<float> grey;           // grey values; the file's first axis is the fastest index
-  std::array<glm::dvec3, 3> step{};  // mm, may be oblique
+  std::array<glm::dvec3, 3> step{};  // mm, step between voxels along each axis; may be oblique
   bool has_spacing = false;          // true if the file states a spacing
   bool has_unit = false;             // true if the file states the unit of its spacing
   std::string spacing_place;         // where the file states the spacing, for messages
   std::string space;                 // coordinate space: "LPS", "RAS" or empty (unknown)
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
-  // A label map: names of its values, as far as the file states them. Empty: grey values.
+  // Names of the values of a label map, as far as the file states them; nullopt: the values are grey values.
   std::optional<std::map<int, std::string>> labels;
 };
 
-/// Axes along the space's, never mirrored; oblique: p (m) at world_rotation · p.
+/// A scan whose axes follow those of its space, never mirrored. For an oblique scan, position p (m) lies at
+/// world_rotation · p.
 struct Scan {
   std::string format;
   Grid<float> grey;
@@ -47,48 +48,51 @@ struct Scan {
 struct ScanRequest {
   std::filesystem::path file;    // a file or a folder
   std::optional<int> series;     // for DICOM: number of the series in the printed list
-  std::optional<double> memory;  // bytes; empty: the free memory
+  std::optional<double> memory;  // bytes, largest allowed memory; empty: the free memory
 };
 
-/// A new one: NAME.cpp with `const ScanFormat NAME_format`, and a row in scan.cpp.
+/// A scan format. For a new one, write NAME.cpp with `const ScanFormat NAME_format`, and add it to the list in
+/// scan.cpp.
 struct ScanFormat {
   std::string name;                             // for example "NRRD"
   std::vector<std::string> endings;             // extensions shown to users, lower case: ".nrrd"
   std::vector<std::string> further_extensions;  // other extensions that are accepted, too
-  /// By content; null: by extension.
+  /// Recognises the format by the file's first bytes; null: it is recognised by its extension.
   bool (*begins)(std::string_view first_bytes);
   RawScan (*read)(const ScanRequest& request);  // throws Error
 };
 const std::vector<ScanFormat>& scan_formats();
 
-/// m
+/// Limits of the distance between voxels, m.
 struct SpacingLimits {
   double smallest, largest;
   std::string_view of;  // body to which the limits apply, for messages: "a tooth"
-  // for too coarse voxels; begins with "; "; may be empty
+  // Advice in the message about too coarse voxels; begins with "; "; may be empty.
   std::string_view instead;
 };
 
-/// `spacing` (m, file axes) and `nan_grey` replace the file's.
+/// `spacing` (m, along the file's axes) replaces the spacing in the file; `nan_grey` replaces NaN voxels.
 Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
                const std::optional<double>& nan_grey, const SpacingLimits& limits);
 
-/// Tilted gantry: slices shifted in plane (cubic); the first two axes are perpendicular. Returns rad.
+/// Corrects a tilted gantry: shifts each slice in its plane (cubic interpolation). The first two axes must be
+/// perpendicular. Returns the tilt, rad.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
-// voxels
+// Largest number of voxels of a scan.
 inline constexpr double kMostVoxels = 1.0e9;
 
-/// `swap`: reversed bytes.
+/// Converts bytes to numbers. `swap`: reverses the byte order.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 
-/// Throws Error: each at least 4, product at most kMostVoxels, within `memory` bytes (empty: free memory).
+/// Throws Error unless each size is at least 4, their product at most kMostVoxels, and `memory` bytes suffice (empty:
+/// the free memory).
 void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes,
                  const std::optional<double>& memory = std::nullopt);
 std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error if the file cannot be read
-/// "1 2.5 -3"; empty for anything else.
+/// Reads a text such as "1 2.5 -3"; nullopt if it contains anything but numbers.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
-/// "mm", "um", "cm", "m" or spellings; empty for others.
+/// Millimetres in a unit "mm", "um", "cm", "m" or another spelling of these; nullopt for other units.
 std::optional<double> millimetres_per(std::string unit);
 /// Returns the first bytes as text for a message.
 std::string excerpt(std::string_view bytes);

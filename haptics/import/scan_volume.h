@@ -1,4 +1,4 @@
-// A scan in memory, for regions.
+// A scan in memory, for the import of regions.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 
 namespace typodont::haptics {
 
-/// Any thread after construction. m, file coordinates along the scan's axes (as ImportReport).
+/// After construction, any thread. Positions in m, in file coordinates along the scan's axes (as ImportReport).
 class ScanVolume {
  public:
-  /// No mesh. Options: series, spacing, nan_grey, hounsfield. Throws Error.
+  /// Reads a scan, not a mesh. Uses the options series, spacing, nan_grey and hounsfield. Throws Error.
   ScanVolume(const std::filesystem::path& file, const ImportOptions& options);
   ~ScanVolume();
   ScanVolume(const ScanVolume&) = delete;
@@ -26,14 +26,14 @@ class ScanVolume {
   const std::string& space() const;  // coordinate space of the file: "LPS", "RAS" or empty (unknown)
   const std::vector<std::string>& notes() const;
 
-  /// Trilinear; outside, the wall's.
+  /// Trilinear interpolation; outside the scan, the value at its wall.
   double grey(const dvec3& p) const;
-  // 2 % are darker than black(), 0.3 % brighter than white().
+  // 2 % of the voxels are darker than black(), 0.3 % are brighter than white().
   double black() const { return black_; }
   double white() const { return white_; }
 
-  /// options.region, or all, as import_tissue(); larger options.voxel for a preview. Several threads at once. Throws
-  /// Error, and from progress.
+  /// Imports options.region, or all, as import_tissue() does; a larger options.voxel gives a preview. Several threads
+  /// may call it at once. Throws Error, and what options.progress throws.
   Imported import(const ImportOptions& options) const;
 
  private:

@@ -21,7 +21,7 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// 0: none. `tooth`: brighter is tooth.
+// Number of the body to import; 0: none. `tooth`: grey value above which voxels are tooth.
 std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth, const std::optional<double>& tooth,
                      double voxel) {
   if (parts.voxels.size() < 2 || !tooth) return parts.largest();
@@ -35,7 +35,7 @@ std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth,
   return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kLeastTeeth / (voxel * voxel * voxel)));
 }
 
-// At least `fraction` of the largest.
+// Marks regions that have at least `fraction` of the largest region's voxels.
 std::vector<bool> keep_large(const SparseComponents& parts, double fraction) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -52,9 +52,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// Of a Gaussian edge at `height`, relative to its centre.
+// Slope of a Gaussian edge where it has reached `height` (0 to 1), relative to the slope at its centre.
 double steepness(double height) {
-  // Bisection, unit σ.
+  // Bisection, in units of the edge's standard deviation.
   double lo = -3, hi = 3;
   for (int k = 0; k < 30; ++k) {
     const double middle = 0.5 * (lo + hi);
@@ -63,7 +63,7 @@ double steepness(double height) {
   return std::exp(-0.5 * lo * lo);
 }
 
-// Unit normal outwards: along the closest point, on the surface along the gradient.
+// Unit normal, pointing outwards: along the line to the closest point; at the surface, along the gradient.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;
@@ -81,10 +81,10 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   return unit(slope);
 }
 
-// Labels follow other rules by depth.
+// Depth of a sample, which determines its label rules.
 enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
 
-// Steps in order, each freeing what no later one needs.
+// The steps of a segmentation in order. Each step frees data that no later step needs.
 class Segmenter {
  public:
   Segmenter(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
@@ -127,10 +127,11 @@ class Segmenter {
   }
 
  private:
-  // voxels: smoothing; reach of the blurred edge at most, usually; exact first distances, for the edges' width
+  // Voxels: standard deviation of the smoothing; largest and usual distance that blur changes; distance up to which the
+  // first distances are exact, for measuring edges.
   static constexpr double kSmooth = 0.8, kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
 
-  // Blocks as bright as the surface, and neighbours.
+  // Smooths blocks as bright as the surface, and neighbours.
   void smooth_greys() {
     const auto surface_grey = static_cast<float>(levels_.surface()), outside = static_cast<float>(levels_.outside);
     set_ = std::make_shared<BlockSet>(
@@ -138,12 +139,13 @@ class Segmenter {
     smooth_ = gaussian(grey_, set_, kSmooth, outside, outside);
   }
 
-  // Near denser tissue, half-way to it, so fissures stay open; always clearly below the softer.
+  // Finds the first surface. Near denser tissue, its threshold is half-way to that tissue, so fissures stay open; but
+  // it is always clearly below the softer tissue.
   void find_solid_and_cavities() {
     const double most_height = std::max(0.8, levels_.height);
     over_ = Sparse<float>(set_, -0.5F, 0.5F);
     {
-      // Skips what no threshold reaches.
+      // Skips samples that no threshold can reach.
       const Sparse<float> brightest =
           ball_max(smooth_, 2, above(smooth_, static_cast<float>(levels_.surface() - 0.5 * rise_)));
       for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
@@ -163,7 +165,7 @@ class Segmenter {
     constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set_, 0, 0);
     if (levels_.dense) dense_mask = above(smooth_, static_cast<float>(levels_.denser()));
-    // m, voxels; foramina of nerves are wider than root canals'.
+    // Width of the widest mouth, m and voxels. Foramina of nerves in a jaw are wider than those of root canals.
     const bool jaw = preset_ == ImportPreset::kJaw;
     const double widest_mouth = std::min((jaw ? 2.2e-3 : 0.75e-3) / voxel_, jaw ? 16.0 : 8.0);
     cavity_ = find_cavities(
@@ -178,17 +180,17 @@ class Segmenter {
     });
   }
 
-  // Largest along `n`, inwards to a depth in voxels.
+  // Largest grey value from `from` inwards (against `n`), down to `depth` voxels.
   double inward_peak(const glm::dvec3& from, const glm::dvec3& n, double depth) const {
     float peak = sample(smooth_, from);
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth_, from - t * n));
     return static_cast<double>(peak);
   }
 
-  // Slope at the centre: c / (σ √2π).
+  // Measures the width of edges: the slope at the centre of an edge of height c is c / (σ √2π).
   void measure_edges() {
-    // In a jaw, beside the centre of the edge: `widths` are too large, but keep the ligament open; `true_widths` are
-    // corrected.
+    // In a jaw, the slope is measured beside the centre of the edge. `widths` are then too large, but keep the ligament
+    // open; `true_widths` are corrected.
     std::vector<float> widths, true_widths;
     for (std::size_t i = 0; i < first_.distance.v.size(); i += 3) {
       if (std::abs(first_.distance.v[i]) > 0.5F) continue;
@@ -213,7 +215,7 @@ class Segmenter {
     if (!true_widths.empty()) {
       const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
       std::nth_element(true_widths.begin(), middle, true_widths.end());
-      // Differences over two voxels: σ² + 1/3 at samples, hardly between; the mean.
+      // Differences over two voxels widen an edge: σ² + 1/3 at samples, almost nothing between them. The mean is used.
       constexpr double kInterpolation = 1.0 / 6;
       const auto width = static_cast<double>(*middle);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
@@ -223,9 +225,9 @@ class Segmenter {
     over_ = {};
   }
 
-  // Surroundings near each sample, enamel in thick parts.
+  // Measures the surroundings near each sample, and enamel in its thick parts.
   void measure_greys() {
-    // Beyond the blurred edge and other bodies.
+    // Uses only samples beyond the blurred edge and outside other bodies.
     const auto surface_grey = static_cast<float>(levels_.surface());
     surroundings_.emplace([&](const glm::ivec3& p) { return static_cast<double>(grey_[p]); }, *set_, levels_.outside,
                           [&](const glm::ivec3& p, std::size_t i) {
@@ -241,7 +243,8 @@ class Segmenter {
         kEnoughEnamel, 1.4, std::max(kLeastBlur, s_.blur));
   }
 
-  // 0 surroundings, 1 just below the surface and all the way inwards, so dentin and pulp are solid.
+  // Fraction of tissue at each sample: 0 in the surroundings, 1 just below the surface and everywhere deeper, so that
+  // dentin and pulp are solid.
   Sparse<float> occupancy_of_samples() {
     Sparse<float> occupancy(set_, 0, 1);
     for_each_sample(*set_, [&](const glm::ivec3& p, std::size_t i) {
@@ -256,7 +259,7 @@ class Segmenter {
       const double top = std::clamp(inward_peak(at, n, shell_), levels_.soft, levels_.top());
       double low = surroundings_->at(p);
       if (levels_.fixed_surround) {
-        // Thin soft tissue counts as surroundings, not the air beyond.
+        // Thin soft tissue over the bone counts as surroundings, not the air beyond it.
         double brightest_near = low;
         for (double t = 2 * edge_; t <= shell_; t += kStep)
           brightest_near = std::max<double>(brightest_near, sample(smooth_, at + t * n));
@@ -274,9 +277,9 @@ class Segmenter {
     return occupancy;
   }
 
-  // Smooths, removes other bodies, closes holes, distances.
+  // Finds the final surface: smooths, removes other bodies, closes holes, computes distances.
   void find_surface(Sparse<float> occupancy) {
-    // An edge over several samples; noise moves it by at most 0.02 voxel.
+    // An edge must extend over several samples, and noise may move it by at most 0.02 voxel.
     double sigma = std::sqrt(std::max(1.1 * 1.1 - s_.blur * s_.blur, 0.7 * 0.7));
     for (; sigma < 2; sigma += 0.1) {
       const double left = levels_.noise / rise_ * noise_left(sigma, s_.blur);
@@ -296,14 +299,14 @@ class Segmenter {
       s_.bodies_kept = body > 0;
     }
     close_holes();
-    // voxels for labels: largest, exact
+    // Distances that labels need, voxels: largest, and up to where they are exact.
     constexpr double kLabelBand = 6, kLabelExact = 3;
     surface_band_ = std::max({shell_ + 0.5, kLabelBand, band_.value_or(0)});
     s_.surface = signed_distance(s_.phi, grey_.size, {}, surface_band_, std::max(kLabelExact, band_.value_or(0)));
     if (band_) s_.phi = {};
   }
 
-  // That smoothing opened; hollows stay.
+  // Closes holes that smoothing opened; hollows of bone stay open.
   void close_holes() {
     const SparseMask open =
         where(set_, true, false, [&](std::size_t i, const glm::ivec3&) { return !(s_.phi.v[i] > 0); });
@@ -320,7 +323,7 @@ class Segmenter {
     hollow_ = {};
   }
 
-  // Grey values without the dim edge, which would get wrong labels: the brightest value further inward.
+  // Replaces grey values in the dim edge, which would get wrong labels, by the brightest value further inward.
   void fill_greys() {
     const double skin = std::min(shell_, 2 * edge_ + 0.5);
     const auto soft = static_cast<float>(levels_.soft);
@@ -340,7 +343,7 @@ class Segmenter {
     });
   }
 
-  // At their centres, if wide.
+  // Measures the grey value of cavities at their centres, if they are wide enough.
   void measure_cavity_grey() {
     cavity_grey_ = levels_.outside;
     std::vector<float> greys, inner;
@@ -369,7 +372,7 @@ class Segmenter {
     return smooth_in_place(std::move(g), kSmooth, s_.blur);
   }
 
-  // Above half-way.
+  // Finds the denser tissue: grey values above half-way.
   void find_dense_tissue() {
     if (!levels_.dense) {
       s_.dense = Sparse<float>(set_, -0.5F, -0.5F);
@@ -382,7 +385,8 @@ class Segmenter {
                                       .value_or(*levels_.dense),
                                   levels_.denser());
     const double span = dense - levels_.soft, half = levels_.fixed_dense ? levels_.denser() : levels_.soft + 0.5 * span;
-    // In a thin, darkened layer: half-way to the brightest nearby, if clear.
+    // In a thin layer, which blur darkens, the threshold is half-way to the brightest value nearby, if that is clearly
+    // brighter.
     const Sparse<float> peak = ball_max(
         bright, 2, where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return depth_.v[i] == kInSkin; }));
     const double faintest =
@@ -398,7 +402,7 @@ class Segmenter {
         bound = std::min(half, 0.5 * (levels_.soft + static_cast<double>(peak.v[i])));
       s_.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Noise: below 5 % (tooth) or 0.01 % of the largest region.
+    // Regions with less than 5 % (tooth) or 0.01 % of the largest region's voxels are noise.
     const SparseComponents parts = components(where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth_.v[i] >= kInSkin && s_.dense.v[i] > 0;
     }));
@@ -409,8 +413,8 @@ class Segmenter {
     }
   }
 
-  // With pulp in thin, brightened canals: deeper than the edge, darker than half-way to the darkest nearby, which is
-  // clearly darker.
+  // Finds cavity tissue, also pulp in thin canals, which blur brightens: below the blurred edge, darker than half-way
+  // to the darkest value nearby, if that is clearly darker.
   void find_cavity_tissue() {
     s_.cavity = limited(-kInfinity, levels_.soft + 2 * levels_.noise);
     const double drop = levels_.soft - cavity_grey_;
@@ -424,7 +428,7 @@ class Segmenter {
                      deep, std::clamp(2 * edge_, 2.0, 5.0),
                      where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return deep.v[i] < kNothing; }))
                : Sparse<float>();
-    // smallest contrast between a canal and dentin
+    // Smallest contrast between a canal and dentin.
     const double least = std::max(0.25 * drop, 8 * levels_.smoothed_noise);
     pulp_ = SparseMask(set_, 0, 1);
     s_.cavity.outside = -0.5F, s_.cavity.inside = 0.5F;
@@ -439,7 +443,7 @@ class Segmenter {
       if (!tooth_ && !cavity_.v[i]) s_.cavity.v[i] = -0.5F;
       pulp_.v[i] = s_.cavity.v[i] > 0;
     });
-    // Small: noise. More enamel than dentin around: a fissure.
+    // Small regions are noise. A region with more enamel than dentin around it is a fissure.
     const SparseComponents parts = components(pulp_, true);
     std::vector<Contacts> faces(parts.voxels.size());
     for (std::size_t i = 0; i < pulp_.v.size(); ++i) {
@@ -463,7 +467,7 @@ class Segmenter {
     }
   }
 
-  // Blur and partial volume.
+  // Corrects the borders of a tooth's tissues for blur and partial volume.
   void correct_tooth_borders() {
     const SparseMask enamel =
         where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return s_.dense.v[i] > 0 && !pulp_.v[i]; });
@@ -471,7 +475,7 @@ class Segmenter {
     for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) { pulp_.v[i] = s_.cavity.v[i] > 0; });
   }
 
-  // Dark spots in enamel, brightened fissures: label of their surroundings.
+  // Dark spots in enamel and brightened parts of cavities get the label of their surroundings.
   void relabel_isolated_parts() {
     const SparseMask soft = where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth_.v[i] >= kInSkin && !(s_.dense.v[i] > 0) && !pulp_.v[i];
@@ -518,7 +522,7 @@ class Segmenter {
   ImportPreset preset_;
   bool tooth_;
   std::optional<double> band_;
-  double rise_;  // softer tissue − surroundings
+  double rise_;  // grey value of the softer tissue minus surroundings
 
   Segmentation s_;
   std::shared_ptr<BlockSet> set_;
@@ -527,8 +531,8 @@ class Segmenter {
   SparseMask cavity_;        // cavities inside the first surface
   SparseMask hollow_;        // spaces in bone that are not tissue (cavities.h)
   DistanceField first_;      // distances to the first surface
-  double edge_ = 1.2;        // voxels, σ of smoothed edges
-  double shell_ = 0;         // voxels on each side with changed greys
+  double edge_ = 1.2;        // standard deviation of smoothed edges, voxels
+  double shell_ = 0;         // voxels, distance from the surface that blur changes
   double surface_band_ = 0;  // voxels, largest stored distance to the final surface
   std::optional<LocalGrey> surroundings_, enamel_grey_;
   Sparse<float> filled_;  // grey values without the dim outer edge

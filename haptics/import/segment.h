@@ -12,27 +12,30 @@
 
 namespace typodont::haptics::importing {
 
-/// Cubic working grid about as fine as the scan, with a margin; stored at the body and beside it.
+/// Result on a cubic grid about as fine as the scan, with a margin. Samples are stored in the body and beside it.
 struct Segmentation {
-  // Occupancy minus its surface value: positive in the body with cavities. Empty if distances were requested.
+  // Fraction of tissue minus its value at the surface: positive in the body, including its cavities. Empty if distances
+  // were requested.
   Sparse<float> phi;
-  // positive in the denser tissue, also some voxels outside
+  // A field that is positive in the denser tissue, also for some voxels outside.
   Sparse<float> dense;
   Sparse<float> cavity;  // a field that is positive in pulp or marrow spaces
-  // without the dim edge
+  // Grey values without the dim edge of the body.
   Sparse<float> grey;
-  DistanceField surface;  // to phi = 0, at least the band
+  DistanceField surface;  // distances to phi = 0, at least within the band
   double blur = 0;        // voxels, standard deviation of the scan's blur, measured at edges
-  // voxels; `blur` is too large in a jaw, measured beside the edges' centres
+  // Standard deviation of the blur, voxels. In a jaw, `blur` is too large, because it is measured beside the centres of
+  // edges.
   double true_blur = 0;
   int bodies_kept = 0;
   int cavity_parts = 0;
 };
 
-/// σ of a border's position, voxels. `noise`: σ / contrast; `blur`: voxels.
+/// Standard deviation of a border's position, voxels. `noise`: standard deviation / contrast; `blur`: voxels.
 double border_uncertainty(double noise, double blur);
 
-/// Walls are surroundings. `voxel`: m; `band`: voxels of exact distances; empty: none.
+/// The samples at the walls of `grey` must be surroundings. `voxel`: m. `band`: distance up to which distances are
+/// exact, voxels; empty: computes no distances.
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
                      const std::optional<double>& band, const std::function<void(double)>& progress);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
-/// With enough uniform samples.
+/// A cell of the scan that has enough uniform samples.
 struct Cell {
   glm::dvec3 at;     // mean position, -1 … 1 over the scan
   glm::dvec3 slope;  // median gradient, per voxel
@@ -36,9 +36,9 @@ double value(const Shading& s, const glm::dvec3& p) {
   return sum;
 }
 
-/// Gradient below `steepest`, and below twice that two voxels away.
+/// Finds the uniform cells: samples with a gradient below `steepest`, and below twice that at two voxels' distance.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
-  // m; per axis; examined per axis; voxels of the difference
+  // Edge of a cell, m; largest number of cells and of examined samples per axis; distance of the differences, voxels.
   constexpr double kCell = 2.4e-3;
   constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
   constexpr std::size_t kLeast = 20;  // uniform samples of a cell
@@ -80,7 +80,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
           for (p.y = from.y; p.y < to.y; p.y += step.y) {
             for (p.z = from.z; p.z < to.z; p.z += step.z) {
               const glm::dvec3 d = slope(p);
-              // Exactly zero: clipped or filled in.
+              // A zero gradient comes from clipped or filled regions.
               if (d == glm::dvec3(0) || !(glm::dot(d, d) < steepest * steepest) || g[p] <= darkest || steep(p))
                 continue;
               for (int a = 0; a < 3; ++a) slopes[a].push_back(d[a]);
@@ -102,7 +102,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
   return all;
 }
 
-/// Symmetric positive definite.
+/// Solves a symmetric positive definite system.
 Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   for (std::size_t i = 0; i < kUnknowns; ++i) {
     for (std::size_t j = i + 1; j < kUnknowns; ++j) {
@@ -118,10 +118,10 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   return b;
 }
 
-/// Reweighted least squares, Cauchy.
+/// Iteratively reweighted least squares with Cauchy weights.
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // σ of half weight; lower limit of σ, per voxel; regularization
+  // Residual in σ at which the weight is one half; lower limit of σ, grey values per voxel; regularization.
   constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
@@ -134,7 +134,7 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
       Row row{.of = {}, .slope = c.slope[a], .samples = c.samples, .weight = c.samples};
       for (std::size_t t = 0; t < kUnknowns; ++t) {
         glm::ivec3 e = Shading::powers()[t + 1];
-        // d/d voxel along a; the variable is -1 … 1.
+        // Derivative per voxel along axis a; the variable runs from -1 to 1.
         const double factor = e[a] / (0.5 * voxels[a]);
         if (e[a] == 0) continue;
         --e[a];
@@ -208,8 +208,8 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // least removed range; uniform per voxel, or per noise; cells of a fit; outer part from here (of half the extent);
-  // ends ignored in the range
+  // Smallest range that is removed; largest gradient of uniform tissue, per voxel and relative to the noise; begin of
+  // the outer part, as a fraction of half the extent; fraction of cells ignored at both ends of the range.
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

@@ -1,4 +1,4 @@
-// Smooth error of grey values (cupping).
+// Removes a smooth error of the grey values of a scan (shading, cupping).
 #pragma once
 
 #include <array>
@@ -9,23 +9,24 @@
 
 namespace typodont::haptics::importing {
 
-/// Polynomial in the position.
+/// Shading of a scan: a polynomial in the position.
 struct Shading {
   static constexpr int kDegree = 4;
-  static constexpr std::size_t kTerms = 35;  // up to kDegree, with the constant
+  static constexpr std::size_t kTerms = 35;  // number of terms up to kDegree, including the constant
 
-  glm::dvec3 centre{0}, half{1};             // m; variable (p - centre) / half
+  glm::dvec3 centre{0}, half{1};             // m; the variable of the polynomial is (p - centre) / half
   std::array<double, kTerms> coefficient{};  // coefficients of the polynomial, in the order of powers()
   double range = 0;                          // grey values, difference between the largest and the smallest error
 
-  /// Constant first.
+  /// Exponents of x, y, z of each term; the constant is the first.
   static const std::array<glm::ivec3, kTerms>& powers();
-  /// From a scan or region.
+  /// Subtracts the shading from a scan, or from a region of it.
   void remove_from(Scan& scan) const;
 };
 
-/// In uniform tissue and air, the gradient is the error's; contradicting regions weigh little. Median 0 in the outer
-/// part. `smooth`: slightly, `noise`: σ. Empty below a range of 100, or with too few uniform regions.
+/// In uniform tissue and air, the gradient of the grey value is that of the error; regions that contradict the fit get
+/// little weight. The median of the error is 0 in the outer part. `smooth`: scan after slight smoothing; `noise`:
+/// standard deviation. Returns nullopt if the range is below 100, or if there are too few uniform regions.
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise);
 
 }  // namespace typodont::haptics::importing

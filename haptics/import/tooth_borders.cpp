@@ -9,7 +9,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Per voxel, convex positive, limited: edges have none.
+// Curvature of the surface per voxel, positive if convex. Limited, because at edges it has no finite value.
 double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
   constexpr double kMost = 0.5;
   const glm::ivec3 hi = distance.set->size - 1;
@@ -24,7 +24,7 @@ double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
 void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseMask& enamel, const SparseMask& pulp,
                          const Levels& levels, const std::optional<LocalGrey>& enamel_grey, double pulp_grey,
                          const LocalGrey& outside) {
-  // voxels: blur at a border; surroundings at the surface
+  // Distance that blur affects at a border, and reach of the surroundings at the surface; voxels.
   constexpr float kBlurred = 2.5F;
   constexpr double kOutside = 3;
   constexpr double kLeast = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
@@ -39,7 +39,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
                                  own_pulp_grey = reference_grey(grey, pulp, kEnoughPulp, 1.4, 0);
   const Sparse<float> to_enamel = distance_squared_to(enamel, 4), to_pulp = distance_squared_to(pulp, 4),
                       to_dentin = distance_squared_to(dentin, 4);
-  // `usual`: to dentin, in the whole scan.
+  // Corrects the border of one tissue. `usual`: its contrast to dentin in the whole scan.
   const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;
@@ -56,7 +56,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
         fraction.v[i] = 1;
         return;
       }
-      // All dentin; a convex blurred surface seems displaced inwards.
+      // Grey value if all tissue here were dentin. Blur makes a convex surface appear displaced inwards.
       const double of_dentin = dentin_grey ? dentin_grey->at(p) : levels.soft;
       const double displaced = at + blur * blur * curvature_at(d, p);
       const double without = glm::mix(of_dentin, outside.at(p), 0.5 * std::erfc(-displaced / (std::sqrt(2.0) * blur)));

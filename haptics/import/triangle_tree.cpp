@@ -23,7 +23,7 @@ static double distance2(const dvec3& lo, const dvec3& hi, const dvec3& p) {
   return glm::dot(off, off);
 }
 
-// At the median of the longest edge.
+// Builds a node; divides its triangles at the median of the box's longest edge.
 std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
   const std::size_t index = nodes_.size();
   nodes_.emplace_back();
@@ -85,13 +85,13 @@ int TriangleTree::winding(const dvec3& p) const {
                                  glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
                                  glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
   const auto turns = [&](const dvec3& way) { return crossings(0, p, way, 1.0 / way); };
-  // Two that agree decide.
+  // If two rays agree, their result counts.
   const int first = turns(kWays[0]), second = turns(kWays[1]);
   return first == second ? first : std::clamp(turns(kWays[2]), std::min(first, second), std::max(first, second));
 }
 
 int TriangleTree::winding_sixths(const dvec3& p) const {
-  // Tilted, so that no ray lies in a face.
+  // The rays are tilted slightly, so that none lies in a face of the mesh.
   constexpr double kTilt = 1.618e-7, kOtherTilt = 2.718e-7;
   int sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -112,14 +112,14 @@ int TriangleTree::crossings(std::size_t index, const dvec3& p, const dvec3& way,
   if (node.count == 0) return crossings(node.left, p, way, inverse) + crossings(node.right, p, way, inverse);
   int sum = 0;
   for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-    // Moeller & Trumbore 1997.
+    // Intersection of ray and triangle, Moeller & Trumbore 1997.
     const Triangle& t = triangles_[i];
     const dvec3 e1 = t.b - t.a, e2 = t.c - t.a, h = glm::cross(way, e2);
     const double det = glm::dot(e1, h);
     if (!(std::abs(det) > 0)) continue;
     const dvec3 s = p - t.a, q = glm::cross(s, e1);
     const double u = glm::dot(s, h) / det, v = glm::dot(way, q) / det;
-    // det < 0: leaves the mesh.
+    // det < 0: the ray leaves the mesh.
     if (u >= 0 && v >= 0 && u + v <= 1 && glm::dot(e2, q) / det > 0) sum += det < 0 ? 1 : -1;
   }
   return sum;

@@ -1,4 +1,4 @@
-// Boxes over triangles: nearest point, crossings of rays.
+// Tree of boxes around triangles (BVH): finds nearest points and counts crossings of rays.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -14,17 +14,18 @@ class TriangleTree {
   explicit TriangleTree(std::vector<Triangle> triangles);
 
   struct Nearest {
-    std::size_t triangle = 0;  // in the constructor's list
+    std::size_t triangle = 0;  // index in the list that the constructor received
     glm::dvec3 point{0};
     double distance_squared = 0;
   };
-  /// Empty at `reach` or more.
+  /// Nearest point on the mesh; nullopt if none is nearer than `reach`.
   std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
-  /// Nearer than `reach`.
+  /// Squared distance to the mesh; reach² if nothing is nearer than `reach`.
   double distance_squared(const glm::dvec3& p, double reach = 1e150) const;
-  /// 1 inside, 0 outside, 2 in overlaps, negative if inverted: median of three rays, safe against an edge.
+  /// Winding number: 1 inside, 0 outside, 2 in overlaps, negative in an inverted mesh. The median of three rays,
+  /// because a ray through an edge can count wrongly.
   int winding(const glm::dvec3& p) const;
-  /// Six times that of a possibly open mesh (WindingNumbers in distance.h).
+  /// Six times the winding number of a mesh that may be open (WindingNumbers in distance.h).
   int winding_sixths(const glm::dvec3& p) const;
 
   const glm::dvec3& lo() const { return nodes_[0].lo; }
@@ -40,7 +41,7 @@ class TriangleTree {
 
   std::size_t build(std::size_t first, std::size_t end);
   void nearest(std::size_t index, const glm::dvec3& p, Nearest& best) const;
-  /// +1 leaves, −1 enters.
+  /// Sum over the crossings of a ray: +1 where it leaves the mesh, −1 where it enters.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;  // triangles in the order of the leaves

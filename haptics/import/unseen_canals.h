@@ -1,14 +1,14 @@
-// Estimates how much pulp lies in root canals that are too narrow for the voxels of a scan.
+// Estimates how much pulp lies in root canals that are narrower than the scan can show.
 #pragma once
 
 #include "haptics/dense_tissue.h"
 
 namespace typodont::haptics::importing {
 
-/// Returns the volume, in m³, that the root canals of a tooth can have without being seen in its scan. A root that
-/// contains no pulp may contain such a canal along its whole length, so the volume is an upper limit for teeth with one
-/// canal in each root. The function finds the roots in the slices across the longest edge of the tooth's box: a root is
-/// a connected area of dentin without enamel. `diameter`: m, diameter of the widest canal that the scan does not show.
+/// Returns the volume that the root canals of a tooth can have without being visible in its scan, m³. Any root without
+/// pulp may contain such a canal along its whole length; in a slice across the tooth's longest axis, a root is a
+/// connected area of dentin without enamel. So this is an upper limit for teeth with one canal per root. `diameter`:
+/// widest canal that the scan does not show, m.
 double unseen_canal_volume(const DenseTissue& tooth, double diameter);
 
 }  // namespace typodont::haptics::importing

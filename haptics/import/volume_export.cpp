@@ -156,7 +156,7 @@ std::string nifti_of(const DenseTissue& t, const Samples& samples) {
   put(123, kMillimetres);
   put(254, kScannerSpace);
   for (int row = 0; row < 3; ++row) {
-    const double sign = row < 2 ? -1 : 1;  // the signs of x and y change from LPS to RAS
+    const double sign = row < 2 ? -1 : 1;  // LPS to RAS: signs of x and y change
     for (int column = 0; column < 4; ++column) {
       const double value = column < 3 ? p.step[column][row] : p.origin[row];
       put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(column),

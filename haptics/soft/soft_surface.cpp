@@ -1,5 +1,5 @@
-// Resting surface from a distance function: one point per crossed cell (surface nets, Gibson 1998, "Constrained elastic
-// surface nets").
+// Samples the surface at rest from a distance function: one point in each lattice cell that the surface crosses
+// (surface nets, Gibson 1998, "Constrained elastic surface nets").
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,11 +13,11 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kCell = 1e-3;  // m, grid of the search
-// m, thinner layers count as this
+constexpr double kCell = 1e-3;  // m, edge of the cells of the search grid
+// Smallest thickness used for a layer, m.
 constexpr double kLeastThickness = 0.2e-3;
-// sheared depth / thickness: heads are narrower than the layer. With one third, a ball of 1.2 mm lies between Hertz and
-// a thin layer
+// Sheared depth / thickness. Heads are narrower than the layer; with one third, the stiffness under a ball of 1.2 mm
+// lies between Hertz's and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
@@ -59,7 +59,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
     for (i.y = 0; i.y < lattice.size.y; ++i.y)
       for (i.z = 0; i.z < lattice.size.z; ++i.z) sample[lattice.index(i)] = static_cast<float>(distance(lattice.at(i)));
 
-  // Mean of the edges' crossings, moved onto the surface.
+  // Point of a cell: mean of the crossings on the cell's edges, moved onto the surface.
   std::vector<std::int32_t> point_of(sample.size(), -1);
   for (i.x = 0; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 0; i.y + 1 < lattice.size.y; ++i.y)
@@ -87,7 +87,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        // m along the normal, to the layer's end
+        // Step for the search along the normal to the end of the layer, m.
         const double step = 0.1e-3;
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
@@ -99,8 +99,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         points_.push_back(point);
       }
 
-  // Points around a crossed lattice edge form a quad: a fourth of its area each, sides as links with T = G d / 3 (N/m),
-  // G = E / 3, d: sheared depth (Pasternak).
+  // The points around a crossed lattice edge form a quad. Each point gets a fourth of its area, each side a link with
+  // tension T = G d / 3 (N/m), G = E / 3; d: sheared depth (Pasternak).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -125,7 +125,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // m² per point; less at the edge of the box
+  // Smallest area of a point, m²; points at the edge of the box would get less.
   const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 
@@ -152,7 +152,7 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Whole cells to the nearest cell with points: a lower bound.
+  // Number of whole cells to the nearest cell with points, which gives a lower bound of the distance.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)

@@ -8,36 +8,36 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Parameters of the model that do not depend on the material.
+/// Parameters of the model that are independent of material.
 struct SoftParameters {
-  // of points and tool per tick; viscosity makes them converge
+  // Number of alternating updates of points and tool per tick; the viscosity lets them converge over several ticks.
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
-  static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;           // stiffness of a point at its limit
-  // N on the tool; more passes through
+  static constexpr double strain_limit = 0.8;  // largest compression of the layer / its thickness
+  static constexpr double stop = 20;           // stiffness factor of a point at its limit
+  // Largest force on the tool, N; with more, the tool passes through.
   static constexpr double most_force = 3;
-  // N per tick beyond the tool's own motion
+  // Largest change of the force per tick in addition to that by the tool's motion, N.
   static constexpr double free_step = 0.02;
-  // m/s; a deeper new overlap did not come from the hand
+  // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
   static constexpr double hand_speed = 0.6;
-  // s, growth of the force of such an overlap
+  // Time constant with which the force of such an overlap grows, s.
   static constexpr double ignored_time = 0.2;
-  // cosine between head and tissue, above which a part presses fully
+  // Cosine of the angle between head and tissue normals above which a point is pressed fully.
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;  // m, activates its neighbours
+  static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
-  // m above the end at which a head is at least as thick as the points' spacing
+  // Height above the end of a head at which it should be as thick as the distance between points, m.
   static constexpr double tip = 0.15e-3;
-  static constexpr double shank = 10e-3;  // m of the shank that can touch
-  // m, half the spacing of enclosing balls on the axis
+  static constexpr double shank = 10e-3;  // m, length of the shank that can touch
+  // Half the distance between enclosing balls on the axis, m.
   static constexpr double largest_ball = 1e-3;
-  // of a displacement, cut per tick
+  // Largest fraction of a displacement that is cut per tick.
   static constexpr double most_per_tick = 0.3;
-  // m, smallest distance between two wounds (bleeding cuts) of the gum
+  // Smallest distance between two wounds, m.
   static constexpr double wound_distance = 1.2e-3;
-  static constexpr double hit = 0.2e-6;  // m, search along the normal
+  static constexpr double hit = 0.2e-6;  // m, tolerance of the search along the normal
   static constexpr int search_steps = 24;
 };
 using P = SoftParameters;
@@ -132,7 +132,7 @@ double SoftTissue::elastic_energy() const noexcept {
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];
       const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      // a link of two active points is visited twice
+      // A link between two active points is visited twice, so half of its energy is added each time.
       energy += link.tension * step * step / (other < 0 ? 2 : 4);
     }
   }
@@ -171,7 +171,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // Damper in parallel: stiffness × return_time, N·s/m.
+    // Damper parallel to the layer's spring, with the constant stiffness × return_time, N·s/m.
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -190,10 +190,10 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   return out;
 }
 
-/// Points that the head begins to press become active.
+/// Updates the contacts of all active points, and activates points that the head begins to press.
 void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept {
   const double fade = std::exp(-in.dt / P::ignored_time);
-  // Within the head's radius plus the layer.
+  // Examines only points within the head's radius plus the thickness of the layer.
   const double margin = shape.radius + shape.blunt + surface_->law().thickness;
   const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
   const dvec3 low = X_WT.p + shape.low * axis, high = X_WT.p + shape.high * axis;
@@ -204,7 +204,7 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
     const dvec3 off = at.p_W - (X_WT.p + z * axis);
     if (glm::dot(off, off) > margin * margin) return;
     const double limit = P::strain_limit * at.thickness;
-    // Smallest ball around the point's possible positions.
+    // Smallest ball around all possible positions of the point.
     const double middle = (limit + cut_[point]) / 2 + shape.blunt, half = (limit - cut_[point]) / 2;
     if (shape.distance(glm::conjugate(X_WT.R) * (at.p_W - middle * at.n_W - X_WT.p)) > half) return;
     Active probe;
@@ -218,7 +218,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Sphere tracing outwards along the normal, from the deepest position; deeper by `blunt` if the head was enlarged.
+/// Finds the contact of a point by sphere tracing outwards along its normal, from the deepest position. An enlarged
+/// head begins `blunt` deeper.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -254,7 +255,8 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
   a.ignored = was ? std::clamp(a.ignored * fade, 0.0, std::max(a.exit - cut, 0.0)) : std::max(0.0, overlap - moved);
 }
 
-/// Gauss–Seidel, neighbours fixed: implicit XPBD step (Macklin et al. 2016, eq. 18) of all constraints together.
+/// Gauss–Seidel pass over the points with fixed neighbours: implicit XPBD step (Macklin et al. 2016, eq. 18) of all
+/// constraints of a point.
 void SoftTissue::relax() noexcept {
   for (Active& a : active_) {
     double push = a.before * (1 / a.yield - a.springs) + a.force;
@@ -267,12 +269,13 @@ void SoftTissue::relax() noexcept {
   }
 }
 
-/// Equilibrium of coupling and contacts, by Newton for piecewise linear equations; changes by at most `most` (m).
+/// Equilibrium of coupling and contacts: Newton steps for piecewise linear equations. The displacement changes by at
+/// most `most`, m.
 void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
   };
-  // At displacement u. `free`: m without contact.
+  // Forces of a point if the tool's displacement is u. `free`: displacement of the point without contact, m.
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};
@@ -316,7 +319,8 @@ void SoftTissue::place_tool(double most) noexcept {
   }
 }
 
-/// force × cutting speed = specific energy × volume (Preston, Archard); the depth stays.
+/// Force × cutting speed = specific energy × volume rate (Preston, Archard). The total depth of a point stays
+/// constant; its elastic part becomes cut.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
@@ -340,7 +344,7 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  // Points activated now are computed from the next tick on.
+  // Points that are activated here are computed from the next tick on.
   const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;
@@ -348,7 +352,7 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // New points have v = 0; a displaced neighbour keeps them active.
+    // A new point has v = 0; a displaced neighbour keeps it active.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

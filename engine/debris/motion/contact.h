@@ -1,4 +1,5 @@
-// For chips and droplets: field near a point, air of the suction, passing a nozzle.
+// Helpers for chips and droplets: the distance field near a point, the air of the suction, and the test whether a path
+// crosses the nozzle.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 
 namespace typodont::debris {
 
-/// Linear in one grid cell.
+/// Distance field near a point, interpolated linearly in one cell.
 class Contact {
  public:
   Contact(const CoarseField& field, const glm::dvec3& p_W) {
@@ -33,7 +34,7 @@ class Contact {
     inside = true;
     distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
   }
-  /// Not normalised; valid if `inside`.
+  /// Returns the gradient of the distance, not normalised. Valid only if `inside`.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
@@ -42,19 +43,19 @@ class Contact {
   double distance = 0;  // m, signed distance of the point to the tissue's surface
 
  private:
-  glm::dvec3 f_{0};            // in the cell, 0..1
-  std::array<double, 8> d_{};  // m, at the cell's corners
+  glm::dvec3 f_{0};            // position in the grid cell, 0..1 along each axis
+  std::array<double, 8> d_{};  // m, distances at the corners of the grid cell
   std::array<double, 4> x_{};  // the distances `d_` after interpolation along x
 };
 
-/// Mean of the air during a step, m/s.
+/// Returns the mean velocity (m/s) of the air at a point during a step.
 inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
   return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// The line a–b passes c below `radius`.
+/// Returns true if the line from a to b passes c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);

@@ -25,19 +25,20 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-/// 1/√a within 2e-3: exact, it would dominate the loop. Lomont's guess (2003) and a Newton step.
+/// Returns 1/√a with a relative error below 2e-3, because an exact root would dominate the loop. Uses Lomont's first
+/// guess (2003) and one Newton step.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Mean approach / distance, 1/s: (1 − ∛(1 − 3q))/dt, q = pull·dt, because r³ falls by 3·strength·dt. About pull·(1 +
-/// 2q) below q = 1/3; beyond, the sink is reached: 1/dt.
+/// Returns the mean speed / distance of air that flows to the nozzle, 1/s: (1 − ∛(1 − 3q))/dt, q = pull·dt. It is about
+/// pull·(1 + 2q) for q < 1/3; beyond, the air reaches the nozzle.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// As move_block(), with suction.
+/// Same as move_block(), with suction.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
@@ -56,12 +57,13 @@ void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// C_d / Stokes drag, C_d = 24/Re (1 + 0.15 Re^0.687) below Re 1000 (Schiller & Naumann 1933).
+// Returns the drag coefficient divided by that of Stokes drag, 24/Re, for Re < 1000 (Schiller & Naumann 1933).
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// Linear between points that are even in each octave of Re.
+// Table of schiller_naumann(). Its points are evenly spaced in each octave of Re, and linear interpolation lies between
+// them.
 struct DragTable {
   static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // the table contains Re from 2^kLow to 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];
@@ -102,7 +104,7 @@ double drag_factor(double reynolds) noexcept {
   if (reynolds < kLeast || reynolds >= 1000) {
     return reynolds < 1000 ? schiller_naumann(reynolds) : 0.44 * reynolds / 24;
   }
-  // Exponent and mantissa from the bits.
+  // Reads the exponent and the mantissa of the Reynolds number from its bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
   // the mantissa of the number minus one, 0..1

@@ -6,11 +6,11 @@
 
 namespace typodont::debris {
 
-/// Arrays of equal length, W, SI.
+/// Positions and velocities of particles, as arrays of equal length.
 struct Motion {
   float *x, *y, *z;     // m, frame W, positions of the particles
   float *vx, *vy, *vz;  // m/s, frame W, velocities of the particles
-  // 1/(1 + rate·dt), of the velocity relative to the air; 0 at rest
+  // factor per step of the velocity relative to the air, 1/(1 + rate·dt); 0: the particle is at rest
   const float* keep;
 };
 
@@ -18,24 +18,24 @@ struct Motion {
 struct Surroundings {
   float gravity[3];  // m/s², frame W, acceleration of gravity
   float sink[3];     // m, frame W, position of the suction nozzle
-  // m³/s/sr; air moves at strength/r² to the nozzle; 0: off
+  // m³/s per steradian; air at the distance r flows to the nozzle at strength/r². 0: no suction.
   float strength = 0;
 };
 
-/// Particles first … last−1, semi-implicit: v ← keep·(v + g·dt) + (1 − keep)·air, p ← p + v·dt.
+/// Moves the particles first … last−1 by one semi-implicit step: v ← keep·(v + g·dt) + (1 − keep)·air, p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
-/// m/s at `distance` (m) during a step.
+/// Returns the mean speed (m/s) of the air that starts a step at `distance` (m) from the nozzle.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 
-/// keep = 1/(1 + rate·dt).
+/// Sets keep = 1/(1 + rate·dt) for each particle.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
-/// 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table within 1e-4.
+/// Returns 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table with a relative error below 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// 1/s, ball of diameter d and density ρ: 18 μ/(ρ d²) × (1 + 0.15 Re^0.687) below Re 1000 (Schiller & Naumann), C_d =
-/// 0.44 above.
+/// Returns the drag rate (1/s) of a ball of diameter d and density ρ: 18 μ/(ρ d²) × (1 + 0.15 Re^0.687) for Re < 1000
+/// (Schiller & Naumann), and C_d = 0.44 above.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

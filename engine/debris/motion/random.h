@@ -8,7 +8,7 @@
 
 namespace typodont::debris {
 
-/// Depend only on the seed and an index.
+/// Random numbers that depend only on the seed and the stream's number.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t number)

@@ -12,10 +12,10 @@ namespace {
 
 #define TYPODONT_VERSIONS TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 
-// Keeps bytes 0 and 2, with room for one multiplication by 0…256 of both.
+// Mask for bytes 0 and 2, which leaves room to multiply both by 0…256 at once.
 constexpr std::uint32_t kEven = 0x00ff00ff;
 
-/// RGBA to BGRA.
+/// Converts RGBA to BGRA.
 constexpr std::uint32_t swapped(std::uint32_t p) {
   return (p & 0xff00ff00) | (p & 0xff) << 16 | (p >> 16 & 0xff);
 }
@@ -45,7 +45,7 @@ void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b,
     out[i] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(a[i] * v + b[i] * w + 128) >> 8);
 }
 
-/// Red-cyan glasses: red of one row, green and blue of the other.
+/// For red-cyan glasses: red of one row, green and blue of the other.
 TYPODONT_VERSIONS
 void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan,
                 std::uint32_t* __restrict out, int count) {
@@ -68,7 +68,7 @@ void ProcessorComposer::SourcePixels::fit(int source_size, int target_size) {
   from.resize(static_cast<std::size_t>(target));
   on.resize(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // Centre of the target pixel in source pixels, clamped below the last, so that a next one exists.
+    // Centre of the target pixel in source pixels; clamped below the last pixel, so that there is always a next one.
     const double at = std::clamp((i + 0.5) * source / target - 0.5, 0.0, source - 1.0);
     const int lower = std::min(static_cast<int>(at), std::max(source - 2, 0));
     from[static_cast<std::size_t>(i)] = lower;
@@ -81,7 +81,7 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
   auto& kept = rows_[e];
   for (const Row& r : kept)
     if (r.of == row) return r.pixels.data();
-  // Top to bottom: replaces the older row.
+  // Rows are requested from top to bottom, so the older row is replaced.
   Row& fresh = kept[0].of < kept[1].of ? kept[0] : kept[1];
   fresh.of = row;
   fresh.pixels.resize(static_cast<std::size_t>(count));

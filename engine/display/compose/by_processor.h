@@ -1,4 +1,4 @@
-// Composes two eyes on the CPU, six times as fast as a software renderer's shader.
+// Composes the pictures of both eyes on the CPU, six times as fast as a shader with software rendering.
 #pragma once
 
 #include <array>
@@ -11,22 +11,22 @@
 
 namespace typodont::display {
 
-/// RGBA; one picture: both entries.
+/// Pixels of the eyes' pictures, RGBA; with one picture, both entries are the same.
 struct EyePixels {
   std::array<const std::uint8_t*, 2> first{};
   ivec2 size{0};
 };
 
-/// As shaders/compose.frag; stretched colours within two of 255 levels.
+/// Does the same as shaders/compose.frag; stretched pictures differ from it by at most two of 255 levels.
 class ProcessorComposer {
  public:
-  /// `part` of the eye's region `place`; alternating rows: `eye` of the first row. `out`: BGRA, rows `pitch` bytes
-  /// apart.
+  /// Composes `part` of an eye's region `place`. `eye`: the eye whose rows are used; for alternating rows, that of the
+  /// first row. `out`: BGRA, rows `pitch` bytes apart.
   void compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part, std::uint8_t* out,
                std::size_t pitch);
 
  private:
-  // Per target pixel: first source pixel, weight of the second, 0..256.
+  // For each target pixel: first source pixel, and weight of the second one, 0..256.
   struct SourcePixels {
     std::vector<std::int32_t> from;
     std::vector<std::uint32_t> on;
@@ -38,10 +38,10 @@ class ProcessorComposer {
     std::vector<std::uint32_t> pixels;  // pixels of a row, BGRA, as wide as the target
     int of = -1;                        // index of the source row; -1: none
   };
-  /// Stretched to the target's columns.
+  /// Returns a row of the eye's picture, stretched to the target's columns.
   const std::uint32_t* stretched(const EyePixels& eyes, int eye, int row, int first, int count);
   std::array<std::array<Row, 2>, 2> rows_;  // the last two requested rows for each eye
-  std::vector<std::uint32_t> other_;        // second eye, if mixed into a row
+  std::vector<std::uint32_t> other_;        // row of the second eye, if both are mixed in one row
 };
 
 }  // namespace typodont::display

@@ -1,4 +1,4 @@
-// Each eye's region of the target, and how pixels combine. For both composers.
+// The region of the target for each eye, and how pixels of both eyes are combined; used by GPU and CPU composition.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace typodont::display {
 
-/// As kMix in compose.frag.
+/// How a pixel combines the pictures of both eyes; the values are those of kMix in compose.frag.
 enum class Mix : std::uint32_t { kOneEye, kRows, kAnaglyph };
 inline constexpr std::size_t kMixes = 3;
 constexpr Mix mix_of(Layout layout) {
@@ -29,7 +29,7 @@ inline Place place_of(int eye, Layout how, const ivec2& target) {
   }
   return place;
 }
-/// A region of its own per eye.
+/// Returns true if each eye has its own region.
 constexpr bool two_places(Layout layout) {
   return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono;
 }

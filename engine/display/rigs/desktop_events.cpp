@@ -3,7 +3,7 @@
 #include <GLFW/glfw3.h>
 #include <dlfcn.h>
 #include <poll.h>
-// Last: Xlib defines None, Bool, Status.
+// Included last: Xlib defines the macros None, Bool and Status.
 #include <X11/Xlib.h>
 
 #include <chrono>
@@ -12,7 +12,7 @@
 namespace typodont::display {
 
 _XDisplay* x_server() {
-  // Missing in a GLFW for another desktop.
+  // Missing if GLFW was built for another desktop.
   static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   return display_of ? display_of() : nullptr;
 }

@@ -1,4 +1,5 @@
-// Queries need a round trip, so only after events. One connection for all windows. Render thread.
+// Events and queries of the desktop. A query needs a round trip to the server, so it is made only after events. All
+// windows share one connection. Render thread only.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +12,21 @@ struct GLFWwindow;
 
 namespace typodont::display {
 
-/// Null: no X server.
+/// Connection to the X server; null: there is none.
 _XDisplay* x_server();
 
-/// As in DISPLAY. Only with an X server.
+/// Name of the server as in the variable DISPLAY. Only with an X server.
 std::string x_server_name();
-/// X11's number of a window; 0: no X server.
+/// Number of a window on the X server; 0: no X server.
 unsigned long x_window(GLFWwindow* window);
 
-/// To the windows. The number changes with events; without X11 always.
+/// Handles events of all windows. Returns a number that changes if there were any; without X11 it always changes.
 std::uint64_t take_desktop_events();
 
-/// At most `most` (ns).
+/// Waits for events, at most `most` nanoseconds.
 void wait_for_desktop(Nanos most);
 
-/// With or without an answer.
+/// Number of requests to the X server so far, with or without an answer.
 std::uint64_t desktop_requests();
 
 }  // namespace typodont::display

@@ -1,4 +1,5 @@
-// OpenXR as specified, without assumptions: any formats, images, missing extensions, invalid poses.
+// Headset through OpenXR, without assumptions beyond the specification: any formats and numbers of images; extensions
+// may be missing, and poses invalid.
 #include "engine/display/hmd.h"
 
 #include <fmt/format.h>
@@ -24,13 +25,13 @@ namespace {
 using namespace xr;
 using namespace std::chrono_literals;
 
-constexpr double kNear = 0.02, kFar = 30;  // m, clip planes
+constexpr double kNear = 0.02, kFar = 30;  // m, near and far clip plane
 constexpr XrViewConfigurationType kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
 
-/// For comparison after its display time.
+/// A displayed head pose, for comparison with the measured one.
 struct Shown {
   XrTime time = 0;
   HmdTiming timing;
@@ -230,7 +231,7 @@ class OpenXrHmd final : public Hmd {
   }
 
   void vibrate(int hand, const Vibration& vibration) override {
-    // A little longer than a frame: ends by itself.
+    // Duration slightly longer than a frame, so the vibration ends by itself if it is not renewed.
     input_->vibrate(hand, vibration, 50'000'000);
   }
 
@@ -270,7 +271,7 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // Recommended × `resolution`, within headset and runtime.
+      // Recommended size × `resolution`, within limits of headset and runtime.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -395,7 +396,7 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // The state changed meanwhile; the next event tells.
+        // The state has changed meanwhile; the next event reports it.
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;
@@ -417,7 +418,7 @@ class OpenXrHmd final : public Hmd {
         if (!asked_to_exit_) throw RunFailure("headset: the runtime is going away (session loss pending)");
         over_ = true;
         break;
-      // xrWaitFrame and xrSyncActions report the others
+      // Other results are reported by xrWaitFrame and xrSyncActions.
       default:
         break;
     }
@@ -482,7 +483,7 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          // Corners at z = −1, projected.
+          // Projects the corners, which lie in z = −1.
           const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));
@@ -501,9 +502,9 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// Predicted against measured head (runtimes keep 50 ms).
+  /// Compares predicted heads with measured ones, which runtimes keep for 50 ms.
   void judge(XrDuration period) {
-    // Certainly past, if the clock cannot be read.
+    // A time that has certainly passed, in case the clock cannot be read.
     XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();

@@ -1,4 +1,4 @@
-// Reads keys of an X11 window on a connection and a thread of its own, so that no key waits for a frame.
+// Reads the keys of an X11 window on a separate connection and thread, so that no key waits for a frame.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ class KeyThread {
  public:
   struct Key {
     int scancode = 0;  // X11's keycode of the place, for keys without a Latin label
-    int code = 0;      // of the label, in upper case; passed to `pressed`
+    int code = 0;      // code of the label, in upper case; passed to `pressed`
   };
-  /// `server`: as in DISPLAY. `window`: X11's number; must exist until the destructor, which ends the thread. Throws
-  /// Error.
+  /// `server`: name as in DISPLAY. `window`: X11's number of a window, which must exist until the destructor, which
+  /// ends the thread. Throws Error.
   KeyThread(const std::string& server, std::uint32_t window, std::vector<Key> keys, std::function<void(int)> pressed);
   ~KeyThread();
   KeyThread(const KeyThread&) = delete;

@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <sys/ipc.h>
 #include <sys/shm.h>
-// Last: Xlib defines None, Bool, Status.
+// Included last: Xlib defines the macros None, Bool and Status.
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XShm.h>
@@ -19,7 +19,7 @@ namespace typodont::display {
 
 namespace {
 
-// rows; the server looks for keys between two requests
+// Rows per request; the server handles keys between two requests.
 constexpr int kBand = 64;
 
 bool refused;  // true if the X server refused to attach the memory
@@ -67,7 +67,7 @@ class XPicture final : public SharedPicture {
       XSetErrorHandler(before);
       attached_ = attached_ && !refused;
     }
-    // freed with its last user
+    // Marks the memory for release, which happens when its last user detaches.
     ::shmctl(segment_.shmid, IPC_RMID, nullptr);
     if (!attached_) return drop(), false;
     if (composed_) return true;
@@ -95,7 +95,7 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      // copy() reads it; nothing else waits for the newest frame.
+      // Waits for the device, because copy() reads the picture. Nothing else waits for the newest frame.
       gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
     XSync(display_, False);  // waits until the server has read the previous frame
     if (composed_)

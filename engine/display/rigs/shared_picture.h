@@ -1,4 +1,5 @@
-// MIT-SHM: changed parts are copied once, instead of 10 MB a frame through a socket.
+// Shows pictures in memory shared with the X server (MIT-SHM): changed parts are copied once, instead of 10 MB per
+// frame through a socket.
 #pragma once
 
 #include <array>
@@ -13,18 +14,19 @@ struct GLFWwindow;
 
 namespace typodont::display {
 
-/// Render thread.
+/// A window's picture in shared memory. Render thread only.
 class SharedPicture {
  public:
-  /// Null: another machine, no X11, or not 32-bit BGRA. `composed`: targets are the shared memory, else an image.
+  /// Returns null if the server is on another computer, is not X11, or does not use 32-bit BGRA. `composed`: targets
+  /// are the shared memory itself; otherwise a Vulkan image.
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 
-  /// Pixels; content is lost. False: no longer shareable.
+  /// Changes the size in pixels; the content is lost. Returns false if the memory can no longer be shared.
   virtual bool resize(ivec2 size) = 0;
-  /// Content is kept.
+  /// Target for the next picture; keeps its content.
   virtual Target target() = 0;
-  /// All or parts. `finish` composes on the CPU.
+  /// Shows the parts. `finish` composes them on the CPU first.
   virtual void show(std::span<const Part> parts, const std::function<void()>& finish) = 0;
   void show_all(const std::function<void()>& finish) { show(std::array{Part{0, 0, size().x, size().y}}, finish); }
   virtual ivec2 size() const = 0;

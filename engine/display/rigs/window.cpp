@@ -1,5 +1,5 @@
-// GLFW window: Vulkan presents, or memory shared with the desktop. Resizing, minimising, lost surfaces; a lost device
-// is the caller's.
+// A GLFW window that Vulkan presents, or whose memory is shared with the desktop. Handles resizing, minimising and lost
+// surfaces; a lost device is handled by the caller.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ namespace typodont::display {
 
 namespace {
 
-/// Until the end: windows come and go.
+/// Initialises GLFW once; it stays until the end, because windows are opened and closed.
 void ensure_glfw() {
   static const bool started = glfwInit() == GLFW_TRUE;
   if (!started) {
@@ -69,7 +69,7 @@ class Window final : public Output {
       size = ivec2(glm::vec2(size) * scale);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
-    // full screen stays without focus
+    // A full-screen window without focus is not minimised.
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
@@ -114,13 +114,14 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // Unless the CPU composes it: then after the next submission, so both work at once.
+    // Shows the last frame, unless the CPU composes it: then it is shown after the next submission, so that CPU and GPU
+    // work at the same time.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // resized
+        unshown_ = false;  // the frame has the old size
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;
@@ -148,7 +149,8 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// GPU: at once. Software: at the next acquire(), present() or second poll(), because it would wait.
+  /// With a GPU, shows the frame at once. Software rendering would have to wait, so it shows it at the next acquire(),
+  /// present() or second poll().
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -172,7 +174,7 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 keeps a minimised window's size, others set zero.
+  // On X11 a minimised window keeps its size; on other desktops the size becomes zero.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
@@ -251,7 +253,7 @@ class Window final : public Output {
     if (!keys.empty() && id != 0) key_thread_.emplace(x_server_name(), id, std::move(keys), options_.urgent.pressed);
   }
 
-  /// Slow: a round trip.
+  /// Queries size, pointer and focus; slow, because it needs a round trip.
   void ask() {
     glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
     glfwGetWindowSize(window_, &size_.x, &size_.y);
@@ -260,7 +262,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// s, of the window's screen.
+  /// Time between two refreshes of the window's screen, s.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
@@ -268,7 +270,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Some desktops (Xvfb) do not wait.
+  /// Limits the frame rate, because some desktops (Xvfb) do not wait for the screen.
   void limit_frame_rate() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();
@@ -276,11 +278,11 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// false: not shown; notes what to renew.
+  /// Returns false if the frame could not be shown. Notes what must be created again.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {
-      stale_ = true;  // shown, but renew the swapchain
+      stale_ = true;  // the frame was shown, but the swapchain must be renewed
       return true;
     }
     if (result == VK_ERROR_OUT_OF_DATE_KHR) {
@@ -295,7 +297,7 @@ class Window final : public Output {
     return false;
   }
 
-  /// False: none; the next frame tries again.
+  /// Resizes the shared memory. Returns false if there is none; the next frame tries again.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);
@@ -332,7 +334,7 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // sRGB bytes stay: a format without conversion.
+    // Format without conversion, because the bytes are already sRGB.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");
@@ -387,7 +389,7 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // One more than frames in flight.
+    // One semaphore more than frames in flight.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -427,7 +429,7 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::optional<KeyThread> key_thread_;     // without X11: none, the keys act in poll()
+  std::optional<KeyThread> key_thread_;     // reads urgent keys; without X11 empty, and poll() handles them
   std::unique_ptr<SharedPicture> shared_;   // if set, it is used instead of Vulkan's swapchain
   std::optional<std::vector<Part>> parts_;  // parts of the last target that were drawn
   std::function<void()> finish_;            // composes the last target on the CPU
@@ -442,10 +444,10 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;                // presented, not yet shown
+  bool unshown_ = false;                // the last frame was presented to this object, but is not yet shown
   int polls_ = 0;                       // number of polls since the last target was presented
-  UserInput events_;                    // input events of the user since the last call of poll()
-  std::array<ButtonQueue, 3> buttons_;  // left, right, middle
+  UserInput events_;                    // the user's input events since the last poll()
+  std::array<ButtonQueue, 3> buttons_;  // for the left, right and middle button
   std::uint64_t events_at_query_ = 0;   // number of desktop events at the last query
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};

@@ -19,7 +19,7 @@ constexpr const char* kWelcome[] = {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAM
                                     XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
                                     XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_PASSTHROUGH_EXTENSION_NAME};
 
-/// Never closed: runtimes' threads may still run.
+/// Opens OpenXR's loader, and never closes it, because threads of the runtime may still run.
 PFN_xrGetInstanceProcAddr open_loader() {
   setenv("XR_LOADER_DEBUG", "none", 0);  // the program itself reports loader errors, in one line
   static void* library = dlopen(kLoader, RTLD_NOW | RTLD_LOCAL);
@@ -101,7 +101,7 @@ Api::Api(RuntimeGate& gate) : gate_(gate) {
   if (!find("xr" #name, name)) missing = "xr" #name;
   TYPODONT_XR_CORE(TYPODONT_XR_FIND)
 #undef TYPODONT_XR_FIND
-  // Only enabled extensions: others must not be called.
+  // Functions of an extension must only be called if it is enabled.
 #define TYPODONT_XR_FIND(name, extension) \
   if (has(extension)) find("xr" #name, name);
   TYPODONT_XR_EXTENSIONS(TYPODONT_XR_FIND)

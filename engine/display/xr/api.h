@@ -1,4 +1,4 @@
-// OpenXR by name, from a loader opened at run time.
+// Functions of OpenXR, found by name in a loader that is opened at run time.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -64,14 +64,14 @@ class Api {
   const std::string& runtime() const { return runtime_; }
   XrInstance instance() const { return instance_; }
 
-  /// Supervised; throws RunFailure with the call's name.
+  /// Calls a function under supervision of the gate. Throws RunFailure with the function's name.
   template <class F, class... A>
   XrResult call(const char* name, F function, A... arguments) {
     const XrResult result = attempt(name, function, arguments...);
     if (XR_FAILED(result)) fail(name, result);
     return result;
   }
-  /// As call(), never throws.
+  /// Calls a function like call(), but never throws.
   template <class F, class... A>
   XrResult attempt(const char* name, F function, A... arguments) {
     gate_.enter(name);
@@ -79,7 +79,7 @@ class Api {
     gate_.leave();
     return result;
   }
-  /// Length, then content.
+  /// Reads a list: first its length, then its content.
   template <class T, class F, class... A>
   std::vector<T> list(const char* name, F function, const T& empty, A... arguments) {
     std::uint32_t count = 0;

@@ -25,7 +25,8 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // The renderer's first (no conversion), 8-bit linear last (taken for linear light).
+  // Selects the best format: first the renderer's own (no conversion), last 8-bit linear, which the runtime takes for
+  // linear light.
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})
@@ -37,7 +38,7 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   if (!wants_depth_) return;
   try {
     depth_ = create(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-  } catch (const RunFailure&) {  // no shared depth
+  } catch (const RunFailure&) {  // the runtime accepts no depth
     wants_depth_ = false;
   }
 }

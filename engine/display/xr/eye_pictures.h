@@ -1,4 +1,4 @@
-// Swapchains of both eyes, and copies into them.
+// Swapchains for both eyes' pictures, and copies into them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace typodont::display::xr {
 
 class EyePictures {
  public:
-  /// `size`: pixels; `depth`: if supported. Throws Error.
+  /// `size`: pixels; `depth`: also creates swapchains for depth, if supported. Throws Error.
   EyePictures(Api& api, XrSession session, const std::string& headset, ivec2 size, bool depth);
   ~EyePictures();
   EyePictures(const EyePictures&) = delete;
@@ -20,7 +20,7 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// See Hmd::record. The images are ours until release().
+  /// Copies the pictures (Hmd::record). This program owns the swapchain images until release().
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 

@@ -12,7 +12,7 @@ namespace {
 
 struct Binding {
   const char* what;  // name of the action in the headset's runtime
-  const char* left;  // path of the control after the prefix /user/hand/left/; null: no binding
+  const char* left;  // path after the prefix /user/hand/left/; null: no binding
   const char* right;
 };
 
@@ -21,7 +21,7 @@ struct Profile {
   std::array<Binding, 4> buttons;
 };
 
-// The component paths are from the specification's chapter "Interaction Profile Paths".
+// Component paths are from the specification's "Interaction Profile Paths".
 constexpr std::array<Profile, 5> kProfiles{{
     {"/interaction_profiles/khr/simple_controller",
      {{{"pedal", "input/select/click", "input/select/click"},
@@ -125,7 +125,7 @@ void Input::suggest() {
     const XrInteractionProfileSuggestedBinding info{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                     path(profile.path), static_cast<std::uint32_t>(bindings.size()),
                                                     bindings.data()};
-    // Unknown controllers may be rejected.
+    // Runtimes may reject controllers that they do not know.
     const XrResult result = api.attempt("xrSuggestInteractionProfileBindings", api.SuggestInteractionProfileBindings,
                                         api.instance(), &info);
     if (XR_FAILED(result) && result != XR_ERROR_PATH_UNSUPPORTED)
@@ -156,7 +156,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
     hand.change_tool = pressed(change_tool, hands[i]);
     hand.mirror = pressed(mirror, hands[i]);
     out.recentre = pressed(recentre, hands[i]) || out.recentre;
-    // Aim, else grip.
+    // Uses the aim pose, or else the grip pose.
     for (const auto& [what, space] : {std::pair{aim, aim_spaces[i]}, std::pair{grip, grip_spaces[i]}}) {
       const XrActionStateGetInfo info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, what, hands[i]};
       XrActionStatePose state{XR_TYPE_ACTION_STATE_POSE};
@@ -164,7 +164,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
       if (!state.isActive) continue;
       XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
       api.call("xrLocateSpace", api.LocateSpace, space, base, time, &location);
-      // Valid but untracked poses must not move a drill.
+      // Poses that are valid but not tracked must not move a drill.
       if ((location.locationFlags & kTracked) != kTracked) continue;
       hand.tracked = true;
       hand.X_DA = pose_of(location.pose);

@@ -1,4 +1,4 @@
-// Hand input: actions, their bindings for common controllers, and vibration.
+// Input of the hands: actions, their bindings to common controllers, and vibration.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Again after a change of controllers.
+  /// Names of the controllers in use. Call again after controllers have changed.
   std::string profiles();
 
  private:

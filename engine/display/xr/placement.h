@@ -1,4 +1,4 @@
-// D in W: measured, or with the tissue in front of the user.
+// Pose of the headset's space D on the workbench: measured, or chosen so that the tissue is in front of the user.
 #pragma once
 
 #include <openxr/openxr.h>
@@ -15,13 +15,14 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// The runtime will move its space at `time`; X_old_new if known.
+  /// Notes that the runtime will change its space at `time`. `X_old_new`: new space in the old one, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// A measured bench stays in the room; otherwise in front of the user again.
+  /// Applies changes of the space: a measured bench stays in the room; otherwise the tissue is placed in front of the
+  /// user again.
   void follow(XrTime display_time);
-  /// Unless measured.
+  /// Places the tissue in front of the user again, unless its pose was measured.
   void recentre();
-  /// Head in D; places the tissue the first time.
+  /// Tells the user's head pose in D. The first call places the tissue.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
@@ -29,7 +30,7 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// In front of X_DV. W: y away, z up, user at negative y.
+  /// Places the tissue in front of the head X_DV. W: y away from the user, z up; the user is at negative y.
   void place(const Pose& X_DV);
 
   struct Move {

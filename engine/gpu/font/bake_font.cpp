@@ -1,6 +1,6 @@
-// Build tool: fonts to an atlas of signed distances with metrics, as C++.
+// Build tool: converts fonts to an atlas of signed distances with metrics, as C++ code.
 //   bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]
-// FONT: Latin. CHINESE_FONT: the Chinese characters of the text files.
+// FONT has the Latin characters, CHINESE_FONT the Chinese characters of the text files.
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -42,7 +42,7 @@ struct Font {
   }
 };
 
-/// Above U+2FFF in UTF-8: Chinese characters and punctuation.
+/// Adds the characters from U+3000 up: Chinese characters and punctuation in UTF-8.
 void add_chinese(std::string_view text, std::set<int>& characters) {
   for (std::size_t i = 0; i + 2 < text.size(); ++i) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[i + k]); };
@@ -52,7 +52,8 @@ void add_chinese(std::string_view text, std::set<int>& characters) {
   }
 }
 
-/// Adds the Chinese characters of a file; of a catalogue, one entry a line, only of texts over a picture.
+/// Adds the Chinese characters of a file. A catalogue has one entry per line; of it, only texts that are drawn over a
+/// picture count.
 void read_text(const std::string& file, std::set<int>& characters) {
   constexpr std::array<std::string_view, 4> kShown{"\"hud.", "\"tool.", "\"implant.note.", "\"op.quality."};
   const bool all = file.find("/texts/") == std::string::npos;
@@ -73,7 +74,7 @@ int main(int argc, char** argv) {
   if (!latin.open(argv[1]) || (argc > 3 && !chinese.open(argv[3]))) return 2;
   constexpr int kSize = 36, kPadding = 5, kWidth = 512;
   const float latin_scale = stbtt_ScaleForPixelHeight(&latin.info, kSize);
-  // Same em size for both.
+  // Both fonts get the same em size.
   const float em = latin_scale / stbtt_ScaleForMappingEmToPixels(&latin.info, 1);
   const float chinese_scale = argc > 3 ? stbtt_ScaleForMappingEmToPixels(&chinese.info, em) : 0;
   std::set<int> drawn_in_chinese;
@@ -102,7 +103,7 @@ int main(int argc, char** argv) {
     unsigned char* sdf =
         stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left, &g.top);
     if (sdf) {
-      // A gap, so that filtering does not mix letters.
+      // Letters are separated by a gap, so that filtering does not mix them.
       if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;

@@ -10,7 +10,7 @@ namespace typodont::render {
 
 namespace {
 
-// m, pieces that are redrawn one by one when light changes
+// Size of the pieces of a brick that are redrawn separately if their light changes, m.
 constexpr float kPiece = 0.8e-3f;
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
@@ -19,7 +19,7 @@ std::int16_t snorm16(float v) {
 }
 GpuVertex pack(const Vertex& v) {
   static_assert(kMatterCount <= 16, "four bits name a tissue");
-  // tissue in the low four bits, fraction (0..15) in the high four
+  // Packs a tissue into the low four bits and a fraction (0..15) into the high four.
   const auto with = [](Tissue tissue, float fraction) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
@@ -31,7 +31,7 @@ GpuVertex pack(const Vertex& v) {
           {static_cast<std::uint8_t>(std::lround(std::clamp(v.lesion, 0.0f, 1.0f) * 255.0f))}};
 }
 
-/// Box and normal cone, for culling.
+/// Computes box and normal cone of a brick, for culling.
 void measure(Brick& brick, const MeshUpdate& u) {
   brick.lo = glm::vec3(1e9f);
   brick.hi = glm::vec3(-1e9f);
@@ -39,7 +39,7 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // Of triangles, not vertices: a triangle faces away by its own normal.
+  // The cone contains normals of triangles, not of vertices, because these decide whether a triangle faces away.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -112,7 +112,8 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Wholly beyond the plane, covered by another body. A zero plane covers nothing.
+/// Returns true if the brick lies completely beyond the plane, so that another body covers it. A zero plane covers
+/// nothing.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -120,7 +121,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // As meshoptimizer: the cone faces away, so all triangles do. Its tip is in the box's middle.
+  // As in meshoptimizer: if the cone faces away, all triangles do. The cone's tip is in the middle of the box.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -191,7 +192,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Allocated just now, so no unfinished frame reads it.
+    // The space was allocated just now, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -253,7 +254,7 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// In mesh coordinates. Bricks from the start beyond it are inside another body. Zero: none.
+/// Plane of Renderer::cover() in mesh coordinates. Original bricks beyond it are inside another body. Zero: no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -280,7 +281,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // They affect mostly the same pixels.
+    // Parts that meet are joined, because they affect mostly the same pixels.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else
@@ -310,7 +311,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Light may change on part of a brick, such as the gum's large ones.
+      // In large bricks, such as those of the gum, light may change only on a part.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
@@ -353,7 +354,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        // View::kSection shows back faces
+        // View::kSection shows back faces.
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
@@ -368,7 +369,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // Teaching views have one shader, kDifference a second one for two-sided bricks.
+        // Views for teaching use one shader for all bricks; kDifference uses a second one for two-sided bricks.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

@@ -1,4 +1,4 @@
-// Bodies made of bricks: GPU memory, visibility, draw commands.
+// Bodies that consist of bricks: GPU memory, visibility, draw commands.
 #pragma once
 
 #include <deque>
@@ -11,22 +11,22 @@
 
 namespace typodont::render {
 
-/// 28 bytes.
+/// A vertex on the GPU, 28 bytes.
 struct GpuVertex {
   float p[3];         // m, position relative to the mesh's origin
-  std::int16_t n[4];  // normal; w: difference / kDifferenceRange; snorm
-  // First tissue + Vertex::cut · 15; second tissue + Vertex::thin · 15 (low and high four bits); second's fraction ·
-  // 255; tissue below + visible fraction · 15.
+  std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; signed normalised
+  // Four bytes: first tissue and Vertex::cut · 15 (low and high four bits); second tissue and Vertex::thin · 15;
+  // fraction of the second tissue · 255; tissue below and its visible fraction · 15.
   std::uint8_t tissue[4];
   std::uint8_t lesion[4];  // Vertex::lesion · 255; three spare bytes
 };
 static_assert(sizeof(GpuVertex) == 28);
-inline constexpr float kDifferenceRange = 2e-3f;  // m, clamp of |Vertex::difference|
+inline constexpr float kDifferenceRange = 2e-3f;  // m, largest |Vertex::difference| that is stored
 
-/// Selects the shader.
+/// Kind of a brick by its contents; selects the shader.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided, kMetal };
 inline constexpr std::size_t kBrickKinds = 6;
-/// kHolds of frame.glsl, a bit per content.
+/// Value of kHolds in frame.glsl: one bit per content.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31, 47};
   return kBits[static_cast<std::size_t>(kind)];
@@ -38,11 +38,11 @@ struct Brick {
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, in the mesh's frame
   glm::vec3 cone_axis{0, 0, 1};
-  // sine of the largest angle to the axis; 1: all directions
+  // Sine of the largest angle between a normal and the axis; 1: normals in all directions.
   float cone_cutoff = 1;
-  bool first = false;            // from the start, unchanged
-  std::array<PixelBox, 2> seen;  // its pixels, per eye
-  std::uint64_t seen_by = 0;     // eyes' version for which `seen` is valid
+  bool first = false;            // original brick, not changed since the start
+  std::array<PixelBox, 2> seen;  // pixels that the brick covers, for each eye
+  std::uint64_t seen_by = 0;     // version of the eyes for which `seen` is valid
 };
 
 struct Mesh {
@@ -55,7 +55,7 @@ struct BrickBlock {
   gpu::RangeAllocator free_vertices, free_indices;
 };
 
-/// One mesh, one memory block.
+/// Draw commands for one mesh's bricks in one memory block.
 struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
@@ -63,44 +63,44 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // commands in the indirect buffer
 };
 
-/// Drawn at all, and drawn as glass.
+/// Whether a mesh is drawn in a view, and whether it is drawn as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// m, W: working tooth (lo, hi; without one, all) and all bodies.
+/// Bounding boxes, m, W: of the working tooth (lo, hi; without one, of all bodies), and of all bodies.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // per mesh, Renderer::cover
+  // Planes of Renderer::cover(), per mesh.
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;  // version of all bricks; increases with every change
-  // grows when a body is placed, removed or covered
+  // Increases when a body is placed, removed or covered.
   std::uint64_t order = 1;
-  std::vector<BoxInWorld> changed;  // before and after, since the last frame
-  int uploaded = 0;                 // since the last frame
+  std::vector<BoxInWorld> changed;  // boxes of changed bricks before and after the change, since the last frame
+  int uploaded = 0;                 // number of bricks uploaded since the last frame
   std::uint64_t uploaded_bytes = 0;
 
   void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);
   void remove(MeshId mesh, std::uint64_t frame);
-  /// That no unfinished frame draws.
+  /// Frees memory that no unfinished frame uses.
   void collect(std::uint64_t finished);
 
-  /// Empty without bricks.
+  /// Bounds of all bricks; nullopt without bricks.
   std::optional<SceneBounds> bounds() const;
-  /// In an eye's view, written into `into` for this slot, counted in `stats`. `tiles`: what to redraw per eye; null:
-  /// all.
+  /// Draw commands for the bricks that an eye can see, written to `into` for this slot and counted in `stats`. `tiles`:
+  /// parts to redraw for each eye; null: all.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
-  /// Tiles with changed content or light, from bricks or tool (`data` now, `before` last). `eyes`: version of their
-  /// poses.
+  /// Marks tiles whose content or light has changed, because of bricks or the tool (`data`: this frame, `before`: last
+  /// frame). `eyes`: version of the eyes' poses.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
-  /// In a part of the shadow map.
+  /// Draw commands for all bricks in a part of the shadow map.
   std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
                              const ShadowMapBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,

@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // Same edges as the box above: joined.
+      // Joins the run with a box above that has the same edges.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -107,7 +107,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// From the origin to p–q.
+/// Distance from the origin to the segment p–q.
 float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   const glm::vec3 d = q - p;
   const float dd = glm::dot(d, d);
@@ -115,12 +115,12 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   return glm::length(p + s * d);
 }
 
-// m, by which light inside tissue widens a tool's shadow, as in lighting.glsl
+// Distance by which light inside tissue widens a tool's shadow, m, as in lighting.glsl.
 constexpr float kShadowScatter = 1.4e-3f;
 
-/// May shade a surface in this ball.
+/// Returns true if the handpiece may shade a surface in this ball.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kHandpieceReach = 40e-3f;  // m, longest, as in lighting.glsl
+  constexpr float kHandpieceReach = 40e-3f;  // m, longest reach of its shadow, as in lighting.glsl
   constexpr int kPieces = 6;
   const glm::vec3 l(data.key);
   for (int cone = 0; cone < 2; ++cone) {
@@ -141,14 +141,14 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
 }  // namespace
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  // m: occlusion, and shadow
+  // Reach of the tool's occlusion and of its shadow, m.
   constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Quick first: most objects are far from shadow and occlusion.
+  // Fast test first, because most objects are far from shadow and occlusion.
   const float most = std::max(
       kToolReach, kToolShadowReach + thick + 0.08e-3f + kShadowScatter + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -170,7 +170,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // The ring is about a cursor radius from the line, with its soft edge within two.
+  // The ring is about a cursor radius from the line; with its soft edge, it lies within two.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
@@ -186,7 +186,7 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // kOcclusionRadius, distance of the lookup point and filter width of lighting.glsl, in widths of the map.
+  // kOcclusionRadius, distance of the lookup point and filter width of lighting.glsl, in units of the map's width.
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

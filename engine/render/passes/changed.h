@@ -1,5 +1,5 @@
-// Tiles to redraw: touched by tool, shadow, changed tissue, cursor or particles in this frame or the last. Without
-// Vulkan.
+// Finds the tiles of the picture to redraw: those that tool, shadow, changed tissue, cursor or particles touch in this
+// frame or touched in the last. Does not use Vulkan.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
 
-/// Covered pixels and one more on each side; all if part is behind the eye.
+/// Pixels that a box covers, and one more on each side; the whole picture if part of the box is behind the eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);
 
-/// Of one eye. Marked: to redraw.
+/// Tiles of one eye's picture. Marked tiles are redrawn.
 class Tiles {
  public:
   static constexpr int kSide = 16;  // pixels, side of a tile
@@ -31,10 +31,10 @@ class Tiles {
   bool touch(const Tiles& other) const;
   double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// Within `within`, combined into few boxes.
+  /// Marked (or unmarked) tiles inside `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
-  /// Of all marked tiles.
+  /// Bounding box of all marked tiles.
   PixelBox bounds() const;
 
  private:
@@ -42,13 +42,13 @@ class Tiles {
   std::vector<std::uint8_t> marked_;
 };
 
-/// On a surface in this ball.
+/// Returns true if the cursor's ring may appear on a surface in this ball.
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Shadow or occlusion on a surface in this ball, as in shaders/lighting.glsl.
+/// Returns true if the tool's shadow or occlusion may change a surface in this ball, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Where tissue changed in the map: concerns all points whose shaders read it.
+/// Part of the shadow map in which tissue has changed. It affects all points whose shaders read it.
 struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners of the rectangle in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
@@ -61,7 +61,7 @@ struct ShadowMapBox {
   }
 };
 ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// 0..1 of the map, between a point and what its shaders read.
+/// Largest distance in the map, 0..1, between a point and the texels that its shader reads.
 float shadow_lookup_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

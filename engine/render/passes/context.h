@@ -1,4 +1,4 @@
-// Device, formats, frame data and counters of all passes.
+// Device, formats, frame data and counters that all passes share.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace typodont::render {
 
-// Linear light to sRGB on writing; samples are averaged in linear light.
+// Format that converts linear light to sRGB when written, so samples are averaged in linear light.
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-// the same bytes without conversion
+// Format of the same bytes without conversion.
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
@@ -25,12 +25,12 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// For frame.glsl.
+  /// Constants for frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
   }
-  /// For drawing into the eyes' pictures.
+  /// Options of pipelines that draw into the eyes' pictures.
   gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
                                       std::span<const std::uint32_t> fragment) const {
     gpu::PipelineOptions o;
@@ -46,10 +46,10 @@ struct PassContext {
   }
 };
 
-/// One per frame in flight; grow as needed.
+/// Buffers, one per frame in flight, that grow as needed.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// Its last commands must have finished.
+  /// Returns the slot's buffer with at least `size` bytes. The slot's last commands must have finished.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {
@@ -65,8 +65,8 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// ObjectData::view for the next draw. `omitted_fraction`: of a tool's pixels; `open_radius`: m, of the cone without
-/// handpiece.
+/// Sets ObjectData::view for the next draws. `omitted_fraction`: fraction of the tool's pixels that are left out;
+/// `open_radius`: radius of the cone without handpiece, m.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),
@@ -75,7 +75,7 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  // Rows of R: GLM's columns of the transpose.
+  // Rows of R: columns of the transpose in GLM.
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));

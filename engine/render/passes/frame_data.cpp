@@ -34,18 +34,18 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   for (std::size_t t = 0; t < looks.size(); ++t) {
     const Look& look = looks[t];
     data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
-    // A rubber dam is thinner than the grid's cells.
+    // A rubber dam gets no light inside tissue, because it is thinner than the grid's cells.
     const double inside = look.metal > 0.5 || static_cast<Tissue>(t) == kRubber ? 0 : 1;
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, dry_reflectance(look), look.wetness, inside));
   }
 
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
-    // Rounded to kStep, so that it rests while a tooth is cut.
+    // Rounded to kStep, so that the spot does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Half width and height from the lamp, around the spot's middle.
+    // Half width and height of a box seen from the lamp, around the middle of the spot.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -54,11 +54,11 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
       }
       return most;
     };
-    // The spot covers the working body, also a larger one such as a hip socket.
+    // The spot covers the whole working body, even one larger than a tooth, such as a hip socket.
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
-    // Only if a body reaches the soft border; otherwise the lamp lights all fully.
+    // Needed only if a body reaches the soft border of the spot; otherwise the lamp lights all bodies fully.
     if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
       data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
       data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));
@@ -66,10 +66,10 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     }
   }
 
-  // As wide as the crown and its surroundings, as deep as the scene.
+  // The shadow map is as wide as the crown and its surroundings, and as deep as the scene.
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
-    // Rounded outward, so that the map rests while a tooth is cut.
+    // Rounded outward to kStep, so that the map does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
@@ -113,8 +113,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
         data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
       }
     }
-    // The shutter is open for T of a frame; n blades at ω have the contrast |sin x / x|, x = n ω T / 2: zero at one
-    // blade per frame, neglected above.
+    // Motion blur: the shutter is open for the time T. n blades at ω have the contrast |sin x / x|, x = n ω T / 2. It
+    // is zero at one blade per exposure, and neglected above.
     constexpr double kExposure = 1.0 / 60;  // s, exposure time T of the motion blur
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;

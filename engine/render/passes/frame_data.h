@@ -1,4 +1,4 @@
-// Uniform data of a frame: eyes, lamp, shadow map, tool, looks.
+// Uniform data of a frame for the shaders: eyes, lamp, shadow map, tool, looks.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::render {
 
-/// `drawn`: size of the pictures. `bounds`: of all that casts shadows; empty without tissue.
+/// `drawn`: size of the pictures, pixels. `bounds`: box of all bodies that cast shadows; empty without tissue.
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
                                 const ToolBody& tool, const HandpieceBody& handpiece, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds);

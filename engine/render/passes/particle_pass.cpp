@@ -10,12 +10,12 @@ namespace typodont::render {
 namespace {
 
 struct Instance {
-  float place[4];         // m, W; w: radius, m
+  float place[4];         // m, W: position; w: radius
   std::uint8_t color[4];  // colour of the particle; rgb: sRGB; a: opacity
 };
 struct Streak {
   Instance head;
-  float way[3];  // m, along the streak
+  float way[3];  // m, vector along the streak
 };
 
 }  // namespace
@@ -25,7 +25,8 @@ void ParticlePass::prepare(PassContext& context, int slot, std::span<const Parti
       std::count_if(particles.begin(), particles.end(), [](const Particle& p) { return p.streak != glm::vec3(0); }));
   count = static_cast<std::uint32_t>(particles.size()) - streaks;
   if (particles.empty()) return;
-  // Six vertices without instancing: software rendering draws small instances much more slowly.
+  // Uses six vertices per particle instead of instances, because software rendering draws small instances much more
+  // slowly.
   const auto of = [&](SlotBuffers& buffers, std::size_t bytes) -> gpu::Buffer& {
     return buffers.at_least(context.device, slot, bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   };
@@ -49,7 +50,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // pixels to a corner: √2 radii, and perspective enlarges nearer ones, so 1.6
+    // Distance to a corner, pixels: √2 radii; 1.6 because perspective enlarges nearer corners.
     const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
@@ -74,7 +75,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       o.cull = VK_CULL_MODE_NONE;
       o.depth_write = false;
       o.blend = true;
-      // kView, kGlass, kHolds, kCorners
+      // Values of the constants kView, kGlass, kHolds, kCorners.
       o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
       own = gpu::create_pipeline(context.device, o);
     }

@@ -1,4 +1,4 @@
-// The passes, each in its file. Pipelines are created at first use.
+// The rendering passes, each in its own file. Pipelines are created at their first use.
 #pragma once
 
 #include <algorithm>
@@ -10,29 +10,29 @@
 
 namespace typodont::render {
 
-/// Depth from the lamp. Redrawn after a change of tissue or lamp.
+/// Shadow map: depth seen from the lamp. Redrawn after a change of tissue or lamp.
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// The given part; others stay.
+  /// Draws the given part of the map; other parts stay.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // at the largest depth: no shadow
+  void create_map(PassContext& context);  // clears it to the largest depth, which means no shadow
   void destroy(gpu::Device& device);
 };
 
-/// That only some scenes and levels need.
+/// Effects that only some scenes and quality levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
   bool spot = false;        // border of the lamp's spot
   bool film = false;        // water and slurry
-  bool light_grid = false;  // of room and other surfaces
+  bool light_grid = false;  // light of room and other surfaces
   bool operator==(const SurfaceEffects&) const = default;
 };
 
-/// Solid bodies, then, over the background, those drawn as glass.
+/// Draws solid bodies, then, over the background, bodies that are drawn as glass.
 struct SurfacePass {
-  std::array<VkPipeline, kBrickKinds> solid{};  // per kind of brick, once drawn
+  std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // pipelines with the cursor's ring
@@ -51,7 +51,7 @@ struct SurfacePass {
   }
 };
 
-/// Vertices in the format of their pipeline.
+/// A mesh on the GPU; its vertices have the format of their pipeline.
 struct IndexedMesh {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;  // 0: empty
@@ -60,24 +60,24 @@ struct IndexedMesh {
   void destroy(gpu::Device& device);
 };
 
-/// On the GPU.
+/// Mesh of a tool on the GPU.
 struct ToolBody {
   IndexedMesh mesh;
   int blades = 1;                                           // number of blades, see ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
-  /// A cylinder around the section at every spindle angle, tool's frame.
+  /// A slice of the tool: a cylinder around it at every spindle angle, in the tool's frame.
   struct Slice {
-    float low = 0, high = 0, radius = 0;  // m along the axis, and radius
+    float low = 0, high = 0, radius = 0;  // m, begin and end along the axis, and radius
   };
   std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& shape);
 };
 
-/// On the GPU.
+/// Mesh of a handpiece on the GPU.
 struct HandpieceBody {
   IndexedMesh mesh;               // empty: there is no handpiece
-  RoundCone head, body;           // casts its shadow, H
-  std::vector<BoxInWorld> boxes;  // around its triangles, H
+  RoundCone head, body;           // shapes that cast its shadow, frame H
+  std::vector<BoxInWorld> boxes;  // boxes around its triangles, frame H
   void set(gpu::Device& device, const HandpieceMesh& shape);
 };
 
@@ -94,17 +94,17 @@ struct ToolPass {
   }
 };
 
-/// Its glass shows the reflected scene, drawn before.
+/// Draws the mouth mirror. Its glass shows the reflected scene, which was drawn before.
 struct MirrorPass {
   static constexpr std::uint32_t kGlassCorners = 96;  // as in mirror.vert
   VkPipeline pipeline = VK_NULL_HANDLE;
-  gpu::Image picture;  // layer per eye, from the first view on
+  gpu::Image picture;  // picture in the mirror, one layer per eye; created when first seen
   ToolBody body;
   double diameter = 0;  // m, diameter for which the body was created
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // and what depends on their format
+  void destroy_pictures(gpu::Device& device);  // also destroys what depends on their format
   void destroy(gpu::Device& device);
 };
 
@@ -121,14 +121,15 @@ struct ParticlePass {
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  /// Tiles with particles.
+  /// Marks the tiles with particles.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
                    Tiles& tiles);
   void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
-/// What a headset's lenses hide, first and at the nearest depth: the depth test then rejects everything there.
+/// Draws the parts that a headset's lenses hide, first and at the nearest depth, so that the depth test rejects
+/// everything behind.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -138,7 +139,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Masks what this frame does not redraw, first and at the nearest depth only, so that the depth test rejects the rest.
+/// Masks the parts that this frame does not redraw: draws them first, only at the nearest depth, so that the depth test
+/// rejects everything else there.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

@@ -14,7 +14,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // Inner bodies have higher numbers and must come before the glass.
+  // Inner bodies have higher numbers, and must be drawn before the glass around them.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {
@@ -40,7 +40,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
                       {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(GpuVertex, lesion)}};
       o.blend = glass;
       o.depth_write = !glass;
-      // Sections show insides, open surfaces their backs.
+      // Back faces are drawn for sections, which show the inside, and for open surfaces.
       if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
       o.constants.push_back(static_cast<std::uint32_t>(view));    // value of the constant kView
       o.constants.push_back(glass ? 1u : 0u);                     // value of the constant kGlass

@@ -14,7 +14,7 @@ constexpr VkPipelineStageFlags2 kTests =
 constexpr VkAccessFlags2 kDepthUse =
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
 
-/// All dynamic state set; only `area`.
+/// Begins a pass with all dynamic state set; draws only in `area`.
 void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingAttachmentInfo& color_info,
                 const VkRenderingAttachmentInfo& depth_info, std::uint32_t view_mask, const VkExtent2D& extent,
                 const VkRect2D& area) {
@@ -29,7 +29,7 @@ void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingA
   const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetScissor(commands, 0, 1, &area);
-  // A mirrored view reverses the winding.
+  // A mirrored view reverses the winding of triangles.
   vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
 }
 
@@ -50,7 +50,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                                          .alias = kColorBytes,
                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  // one, if each eye has its pass: they use the same images in turn
+  // One layer if each eye has its own pass, because both then use the same images in turn.
   const std::uint32_t together = context_.view_mask ? layers : 1;
   if (context_.samples > 1)
     color_ =
@@ -109,7 +109,7 @@ void Targets::begin(VkCommandBuffer commands, const gpu::Image& target, bool par
                   by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
                              : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   if (&target != &scene_) return;
-  // A partial redraw has its own depth image: MaskPass writes the nearest depth into the rest.
+  // A partial redraw has its own depth image, because MaskPass writes the nearest depth to all parts that are kept.
   gpu::transition(commands, partly ? depth_ : scene_depth_, VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   kTests, kDepthUse);

@@ -1,4 +1,5 @@
-// The eyes' pictures and depth, and begin and end of passes into them. Device and quality decide which images exist.
+// Pictures and depth of both eyes, and begin and end of the passes that draw into them. Device and quality decide which
+// images exist.
 #pragma once
 
 #include <span>
@@ -14,31 +15,31 @@ class Targets {
   explicit Targets(PassContext& context) : context_(context) {}
 
   gpu::Image pictures;                 // the renderer's result, one layer per eye
-  std::vector<gpu::Image> kept_depth;  // if kept: two layers for one pass, or one image per eye
+  std::vector<gpu::Image> kept_depth;  // if depth is kept: two layers for one common pass, or one image per eye
 
-  /// The frame's size times the scale; sets samples and view mask.
+  /// Creates the images: frame size × the scale. Sets samples and view mask.
   void create(const glm::ivec2& frame_size, int views);
   void destroy();
-  /// for the next create()
+  /// Whether the next create() keeps depth.
   bool keeps_depth = false;
 
-  /// The scene without particles has its own image: they change nearly all pixels, and copying is cheaper than drawing.
-  /// Not with averaged samples, one pass for both eyes, or kept depth.
+  /// Returns true if the scene without particles has its own image. Particles change nearly all pixels, and copying the
+  /// scene is cheaper than drawing it. False with averaged samples, a common pass for both eyes, or kept depth.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
-  /// Where the scene is drawn.
+  /// Image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Around the passes of a picture. `partly`: the rest keeps its content.
+  /// Call around all passes of a picture. `partly`: parts that are not drawn keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
-  /// One eye, or both in one pass; only `box`.
+  /// Begins the scene pass of one eye, or of both in a common pass; draws only in `box`.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear);
-  /// `drawn`: parts whose samples must still be averaged.
+  /// Ends the pass. `drawn`: parts whose samples need averaging.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// After the scene, if layered(): stores its depth, copies `restored` parts into the pictures. Passes between
-  /// begin_over() and end_over() draw over them.
+  /// Call after the scene, if layered(): stores its depth, and copies the parts `restored` into the pictures. Passes
+  /// between begin_over() and end_over() then draw over them.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);
@@ -46,10 +47,10 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // if layered(): without particles
+  gpu::Image scene_, scene_depth_;  // if layered(): scene without particles
 
-  /// Only if one pass draws both eyes. Per eye, a command averages: lavapipe 22.3 always writes the averages into the
-  /// first layer.
+  /// Samples are averaged in the pass only if both eyes share it. With one pass per eye, a command averages them,
+  /// because lavapipe 22.3 always writes the averages to the first layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

@@ -1,5 +1,5 @@
-// A grid around the working tooth that changes while it is cut: film, or light inside tissue. Without a grid one empty
-// texel, because descriptor sets need an image.
+// A grid of texels around the working tooth that changes while it is cut: film, or light inside tissue. Without a grid,
+// it has one empty texel, because descriptor sets need an image.
 #pragma once
 
 #include <cstring>
@@ -19,7 +19,7 @@ struct TexelStore {
   glm::ivec3 size{0};  // 0: no grid
   VolumeImage image;
   SlotBuffers staging;
-  struct Part {  // waits for the next frame
+  struct Part {  // a changed part that waits for the next frame
     glm::ivec3 lo{0}, size{0};
     std::size_t first = 0;  // index in `texels` of the part's first texel
   };
@@ -35,10 +35,10 @@ struct TexelStore {
     origin = wanted.origin, spacing = wanted.spacing, size = wanted.size;
     image.create(device, on() ? size : glm::ivec3(1), format);
   }
-  /// `texel(i)`, i = (x·size.y + y)·size.z + z.
+  /// Adds changed parts. `texel(i)`: value with index i = (x·size.y + y)·size.z + z.
   template <class At>
   void update(const At& texel, std::span<const CellBox> boxes) {
-    // More waiting texels than the grid has: one copy of all.
+    // If more texels wait than the grid contains, all are copied once.
     const CellBox whole{glm::ivec3(0), size - 1};
     if (texels.size() >
         static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)) {
@@ -57,15 +57,15 @@ struct TexelStore {
         }
     }
   }
-  /// Tiles in which changed parts show.
+  /// Marks the tiles in which changed parts are visible.
   void mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const {
     for (const Part& part : parts) {
-      // Interpolated, so as far as the neighbouring texels.
+      // Texels are interpolated, so a part is visible up to the neighbouring texels.
       const dvec3 lo = origin + spacing * (dvec3(part.lo) - 1.0), hi = origin + spacing * dvec3(part.lo + part.size);
       tiles.mark(seen_in(clip_from_world, glm::vec3(lo), glm::vec3(hi), picture));
     }
   }
-  /// Before the frame. Returns bytes.
+  /// Copies the changed parts; call before the frame. Returns the number of bytes.
   std::uint64_t record(gpu::Device& device, VkCommandBuffer commands, int slot) {
     if (parts.empty()) return 0;
     const std::size_t bytes = texels.size() * sizeof(Texel);

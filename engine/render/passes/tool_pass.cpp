@@ -36,7 +36,7 @@ void IndexedMesh::destroy(gpu::Device& device) {
 void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   mesh.set(device, std::as_bytes(std::span(shape.vertices)), shape.indices);
   blades = shape.blades;
-  // Casts the shadow: a ball of the head's radius, and the shank.
+  // Shape that casts the shadow: a ball with the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : shape.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
@@ -47,7 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // Per slice, the farthest vertex of all triangles that overlap it.
+  // Radius of a slice: that of the farthest vertex of all triangles that overlap it.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -82,7 +82,7 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // Of frame.glsl: the first seven are unused, the last is kLightGrid.
+    // Constants of frame.glsl: the first seven are unused here, the last is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }
@@ -97,7 +97,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   body = shape.body;
   boxes.clear();
   if (!mesh.index_count) return;
-  // Slices along z and x: one box would cover the whole picture.
+  // Boxes of slices along z or x, because a single box would cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
@@ -115,7 +115,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // Clipped, so that a long triangle does not enlarge the slice.
+      // Clipped to the slice, so that a long triangle does not enlarge it.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));
@@ -139,7 +139,7 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
-    // Of frame.glsl, unused: 0; the last is kPerPixel of handpiece.glsl.
+    // Constants of frame.glsl, unused here: 0; the last is kPerPixel of handpiece.glsl.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
     handpiece_pipeline = gpu::create_pipeline(context.device, o);
   }

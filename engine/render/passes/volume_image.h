@@ -1,4 +1,4 @@
-// 3-D, sampled by shaders. x is the last axis of the array.
+// A 3-D image that shaders sample. x is the last axis of the array.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -19,9 +19,9 @@ struct VolumeImage {
   static VkExtent3D extent_of(const glm::ivec3& size) {
     return {static_cast<std::uint32_t>(size.z), static_cast<std::uint32_t>(size.y), static_cast<std::uint32_t>(size.x)};
   }
-  /// `size` texels, zero, in the shaders' layout.
+  /// Creates an image of `size` texels, filled with zero, in the layout for shaders.
   void create(gpu::Device& device, const glm::ivec3& size, VkFormat format);
-  /// Outside a rendering pass.
+  /// Copies parts from a buffer; outside a rendering pass.
   void copy(VkCommandBuffer commands, VkBuffer from, std::span<const VkBufferImageCopy> parts) const;
   void destroy(gpu::Device& device);
 };

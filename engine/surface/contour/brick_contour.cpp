@@ -20,29 +20,31 @@ constexpr int kCells = FieldBrick::kCells;
 constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
-constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
+constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface needs several vertices
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// A cell has a crease of 28° or more if its normals vary by kSmoothSpread, and one is more than 14° from the mean.
+// A cell has a crease of 28° or more if its normals vary by kSmoothSpread and one of them lies more than 14° from their
+// mean.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-// cos 64°, largest angle in a gentle crease (ContourVertex::gentle)
+// cosine of 64°, the largest angle between normals of a gentle crease (ContourVertex::gentle)
 constexpr float kGentleCosine = 0.44f;
-// error of at most kSag·s²κ for blocks of side s (smooth_vertices.cpp)
+// a block of side s on curvature κ has an error of at most kSag·s²κ (smooth_vertices.cpp)
 constexpr float kSag = 0.18f;
-// variance of positions / side²; below, greatest_curvature() cannot tell
+// positions' variance / side² below which greatest_curvature() lacks data
 constexpr float kLeastSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels, a crease vertex outside its cell
-// voxels beyond the tolerance between a block's vertex and the field; more: not merged
+constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex from its cell
+// Voxels beyond the tolerance that a block's vertex may lie from the field's surface. Blocks with a larger distance are
+// not merged.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
-// x, y, z: -1..17.
+// Index of a sample; x, y and z are -1..17.
 constexpr int sample(int x, int y, int z) {
   return ((x + 1) * FieldBrick::kSamples + (y + 1)) * FieldBrick::kSamples + (z + 1);
 }
 
-// Bit z: sample z of 17 is solid.
+// Returns a bit for each of the 17 samples of a row: bit z is 1 if sample z is solid.
 std::uint32_t solid_bits(const float* row) {
 #if defined(__SSE2__)
   const __m128 zero = _mm_setzero_ps();
@@ -57,7 +59,7 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
-// Patch in a cell, or the surface of a merged block.
+// A patch in a cell, or the surface of a merged block.
 struct Node {
   CrossingSums sums;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
@@ -66,12 +68,12 @@ struct Node {
   std::uint16_t vertex = kNone;
 };
 
-// Bit of corner point (x, y, z) of 3³.
+// Number of the bit of point (x, y, z) in a grid of 3³ points.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // 12 edges, 6 faces, inside: bits of midpoint and corners.
+  // For the midpoints of 12 edges, 6 faces and the cube: the midpoint's bit, and the bits of the corners around it.
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -95,7 +97,7 @@ constexpr Middles kMiddles = [] {
   return out;
 }();
 
-// Merging keeps the topology if each midpoint has the sign of one of its corners (Ju et al. 2002, sec. 4.1).
+// Merging keeps the topology if each midpoint has the sign of at least one of its corners (Ju et al. 2002, sec. 4.1).
 bool middles_agree(std::uint32_t signs) {
   bool agree = true;
   for (int i = 0; i < 19; ++i) {
@@ -105,7 +107,7 @@ bool middles_agree(std::uint32_t signs) {
   return agree;
 }
 
-// Among solid samples of the 4³ around the cell.
+// Sets a vertex's two most frequent tissues among the solid samples of the 4³ samples around the cell.
 void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex& vertex, const glm::vec3& local) {
   float weight[kTissueCount] = {};
   for (int i = -1; i <= 2; ++i) {
@@ -132,10 +134,10 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
 }
 
-// Label of all solid samples in the 4³; kAir: several.
+// Returns the tissue of all solid samples in the 4³ samples around the cell, or kAir if there are several.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
-  // Fast: four at a time, skipping kAir.
+  // Fast test: compares the labels of four samples at a time and skips kAir.
   static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
   std::uint32_t other = 0;
   const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
@@ -153,7 +155,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
-  // Slower: only solid samples' labels.
+  // Slower test: compares only the labels of solid samples.
   only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
@@ -168,7 +170,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   return only;
 }
 
-// Besides air; kAir: several.
+// Returns the only tissue of the brick besides air, or kAir if there are several.
 Tissue only_tissue(const FieldBrick& brick) {
   Tissue only = Tissue::kAir;
   std::uint8_t differs = 0;
@@ -187,7 +189,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Intersection of the sides' planes, if in or near the cell.
+// Returns the intersection of the planes of the crease's sides if it lies in or near the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -196,7 +198,7 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Trilinear; cell corners are integers.
+// Returns the field at a point by trilinear interpolation. Cell corners have integer coordinates.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -208,9 +210,10 @@ float field_at(const float* field, const glm::vec3& p) {
   return v0 + f.x * (v1 - v0);
 }
 
-// Corner (x·17 + y)·17 + z; a cell has its lowest corner's number, the edge from a corner along a that + a·17³.
+// Corner (x, y, z) has the number (x·17 + y)·17 + z, and a cell has that of its lowest corner. The edge from corner n
+// along axis a has the number n + a·17³.
 constexpr int kCornerCount = kCorners * kCorners * kCorners;
-// Edge − cell.
+// For each edge of a cell: its number minus the cell's number.
 constexpr std::array<int, 12> kEdgeNumber = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -225,7 +228,7 @@ constexpr int kMostEdges = kCells * kCorners * kCorners;
 
 }  // namespace
 
-// For one brick; functions are the steps of contour().
+// Working memory for one brick; its functions are the steps of contour().
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
@@ -236,20 +239,20 @@ struct Contourer::Scratch {
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
   std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y): solid
-  std::uint16_t crossing_at[3 * kCornerCount];  // for the number of each crossed edge: index of its crossing
-  // Along a: from a·kMostEdges.
+  std::uint16_t crossing_at[3 * kCornerCount];  // for each crossed edge's number: index of its crossing
+  // The crossed edges along axis a start at a·kMostEdges.
   std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMostEdges);
   std::vector<Crossing> crossings = std::vector<Crossing>(3 * kMostEdges);
   std::vector<Cell> cells;                     // cells that contain surface
-  std::vector<Node> nodes[kLevels];            // level 0: per patch; else per merged block
-  std::vector<Moments> moments[kLevels];       // per node; empty without merging
+  std::vector<Node> nodes[kLevels];            // level 0: one node per patch; higher levels: one per merged block
+  std::vector<Moments> moments[kLevels];       // one entry per node; empty if blocks are not merged
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
-  std::vector<std::uint16_t> state[kLevels];   // kNone, kMixed or a node
+  std::vector<std::uint16_t> state[kLevels];   // for each block: kNone, kMixed or its node's index
 
-  // Results are kept, so built here first and then allocated once.
+  // The results are built in these vectors and then copied once into memory of the right size.
   std::vector<BrickContour::Edge> edges;
   std::vector<ContourVertex> vertices;
-  // Of a smooth patch in no merged block.
+  // Vertex of a smooth patch outside merged blocks.
   struct SmoothVertex {
     std::uint16_t patch, vertex;  // indices in nodes[0] and `vertices`
     glm::u8vec3 cell;
@@ -307,7 +310,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   }
 }
 
-// false: no surface.
+// Reads the signs of the samples. Returns false if the brick contains no surface.
 bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
@@ -321,7 +324,7 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Edges with their base in this brick become polygons (`edges`).
+// Finds the edges that the surface crosses. Those whose base lies in this brick become polygons (`edges`).
 void Contourer::Scratch::find_crossings() {
   edges.clear();
   int next[3] = {0, kMostEdges, 2 * kMostEdges};
@@ -353,8 +356,8 @@ void Contourer::Scratch::find_crossings() {
   }
 }
 
-// If the usual shapes of two cells met in two arcs on their face (four polygons at an edge), the other shape
-// (CellShapes).
+// Returns the shape of a cell. Where the usual shapes of two neighbouring cells would give two arcs on their common
+// face, and so four polygons at an edge, it returns the flipped shape (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
@@ -373,7 +376,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// `merging`: also the moments.
+// Finds the patches of surface in each cell. `merging`: also computes their moments.
 void Contourer::Scratch::find_patches(bool merging) {
   const Tissue only = only_tissue(*brick);
   cells.clear();
@@ -422,7 +425,7 @@ void Contourer::Scratch::find_patches(bool merging) {
   }
 }
 
-// Most have none: nearly equal normals.
+// Marks patches with a crease. Most have nearly equal normals and need no closer test.
 void Contourer::Scratch::find_creases() {
   std::vector<Node>& patches = nodes[0];
   std::size_t cell_index = 0;
@@ -467,7 +470,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Of all crossings in a block.
+// Sums the tangent planes of all crossings in a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
@@ -488,7 +491,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// 2³ finer blocks into one of 2^level cells a side, where one vertex suffices. False: none.
+// Merges 2³ finer blocks into one of 2^level cells a side where one vertex suffices. Returns false if no block was
+// merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);
@@ -537,7 +541,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     node.sums = sums.sums();
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // Both sides meet in the block.
+      // Both sides of the crease meet in the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
@@ -558,7 +562,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
   return merged;
 }
 
-// Per remaining patch and merged block.
+// Creates the vertex of each merged block and of each patch outside merged blocks.
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
   vertices.clear();
@@ -616,7 +620,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   out.vertices.assign(vertices.begin(), vertices.end());
 }
 
-// `smooth`, eight at a time.
+// Computes the vertices of `smooth`, eight at a time.
 void Contourer::Scratch::place_smooth_vertices(const glm::vec3& origin) {
   for (std::size_t first = 0; first < smooth.size(); first += 8) {
     const std::size_t count = std::min<std::size_t>(8, smooth.size() - first);

@@ -1,4 +1,5 @@
-// Vertices and cells of one brick (16³ cells) from its own samples; surface_mesher.cpp joins them to polygons.
+// Vertices and cells of one brick (16³ cells), computed from its own samples. surface_mesher.cpp joins them to
+// polygons.
 #pragma once
 
 #include <array>
@@ -16,9 +17,9 @@ struct ContourVertex {
   glm::vec3 position{0};  // voxels, position of the vertex in the voxel frame
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
-  Tissue tissue[2]{};     // most frequent around the vertex first
-  bool crease = false;    // sharp edge; `normal` is the sides' mean
-  // crease below 64°, whose small triangles use the mean normal
+  Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the more frequent one first
+  bool crease = false;    // true at a sharp edge; `normal` is then the mean of both sides
+  // true for a crease below 64°; small triangles at it use the mean normal
   bool gentle = false;
 };
 
@@ -27,10 +28,10 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // of the cell's first patch, in `vertices`
+    std::uint16_t vertex;  // index in `vertices` of the cell's first patch
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
-  /// Crossed edge; `cell` is its base corner.
+  /// An edge of the grid that the surface crosses. `cell` is the cell whose lowest corner is the edge's start.
   struct Edge {
     std::uint16_t cell : 12;
     std::uint16_t axis : 2;
@@ -38,14 +39,14 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // bit per cell with surface
-  std::array<std::uint16_t, 64> before{};  // bits set before each word
+  std::array<std::uint64_t, 64> active{};  // one bit per cell, set if the cell contains surface
+  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of earlier set bits
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;
 
   bool empty() const { return cells.empty(); }
-  /// -1: no surface.
+  /// Returns the index of a cell in `cells`, or -1 if it contains no surface.
   int find(int cell) const {
     const std::uint64_t word = active[static_cast<std::size_t>(cell >> 6)];
     const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
@@ -54,12 +55,12 @@ struct BrickContour {
   }
 };
 
-/// One brick at a time; reuses memory.
+/// Contours one brick at a time and reuses its memory.
 class Contourer {
  public:
   Contourer();
   ~Contourer();
-  /// Merges up to 16³ cells within `tolerance` (voxels); negative: never.
+  /// Merges blocks of up to 16³ cells if the error stays within `tolerance` (voxels). Negative: does not merge.
   void contour(const FieldBrick& brick, float tolerance, BrickContour& out);
 
  private:

@@ -6,7 +6,7 @@ namespace typodont::surface {
 namespace {
 
 int edge_between(int corner_a, int corner_b) {
-  const int low = corner_a & corner_b;  // nearer to the origin; they differ in one bit
+  const int low = corner_a & corner_b;  // the corner nearer to the origin; the two corners differ in one bit
   switch (corner_a ^ corner_b) {
     case 1:
       return 0 + (low >> 1 & 3);
@@ -50,7 +50,7 @@ Joined join(int config, int flipped_faces) {
   };
   auto unite = [&](int a, int b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
 
-  // Arcs on each face join two crossings.
+  // Joins two crossings for each arc of the surface on a face.
   Joined out;
   for (int face = 0; face < 6; ++face) {
     const auto ring = ring_of(face);

@@ -11,17 +11,18 @@
 namespace typodont::surface {
 namespace {
 
-// Both ends on one plane: |gradient|² within kUnit of 1, components within kSame.
+// Limits for two ends of an edge to lie on the same plane: |gradient|² differs from 1 by less than kUnit, the
+// components by less than kSame.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// voxels, second difference at an end; above: a crease near, or a radius below four voxels
+// voxels, limit of the second difference at an end; above it there is a crease nearby, or a radius below four voxels
 constexpr float kBent = 0.25f;
-// jump of the slope along the edge that curvature cannot make: a crease
+// jump of the slope along an edge that only a crease can cause, not curvature
 constexpr float kSlopeJump = 0.6f;
-// |gradient|² from 1: samples of both sides of a crease
+// difference of |gradient|² from 1 that shows that the samples lie on both sides of a crease
 constexpr float kAcross = 0.05f;
 
-// One or eight edges. `a` along, `b`, `c` across; `excess`: length² − 1.
+// Gradient at one or eight edges: `a` along the edge, `b` and `c` across it; `excess`: |length² − 1|.
 template <class Real>
 struct Gradient {
   Real a, b, c, excess;
@@ -38,7 +39,8 @@ TYPODONT_INLINE void take_if(Mask condition, const Gradient<Real>& other, Gradie
   g.excess = condition ? other.excess : g.excess;
 }
 
-// One-sided differences: lower or upper neighbour on both axes across, four combinations.
+// Gradients by one-sided differences: with the lower or upper neighbour on both axes across the edge, four
+// combinations.
 template <class Real>
 struct OneSided {
   Gradient<Real> pair[4];
@@ -62,16 +64,18 @@ OneSided<float> one_sided(const float* at, float slope, int b, int c) {
 }
 
 struct NearCrease {
-  float t;  // 0..1, position of the crossing along the edge of the grid
+  float t;  // 0..1, position of the crossing along the grid edge
   Gradient<float> gradient;
 };
 
-// Empty: no crease. `at`: start sample; a: stride along; b, c: across.
+// Returns the crossing of an edge near a crease, or nothing if there is no crease. `at`: sample at the edge's start; a:
+// stride along the edge; b, c: strides across it.
 std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c) {
   const float* end = at + a;
   const float before = at[-a], f0 = at[0], f1 = end[0], after = end[a];
   const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
-  // Maximum or minimum of two planes' distances: samples before the edge belong to one, after it to the other.
+  // At a crease, the field is the maximum or minimum of two planes' distances. The samples before the edge belong to
+  // one plane, those after it to the other.
   const float slope0 = f0 - before, slope1 = after - f1;
   const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
   const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
@@ -81,7 +85,7 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
     const OneSided<float> side = first ? one_sided(at, slope0, b, c) : one_sided(end, slope1, b, c);
     if (side.unit() || std::abs(jump) > kSlopeJump) return NearCrease{first ? t0 : t1, side.best()};
   }
-  // A crease beside the edge: the one-sided gradient of length nearest to 1.
+  // If the crease lies beside the edge, the one-sided gradient whose length is nearest to 1 is used.
   const OneSided<float> here = one_sided(at, f1 - f0, b, c), there = one_sided(end, f1 - f0, b, c);
   if (!here.unit() && !there.unit()) return std::nullopt;
   const Gradient<float> p = here.best(), q = there.best();
@@ -90,12 +94,12 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
 
 constexpr unsigned kAllLanes = 0xff;
 
-// `t`: 0..1 along the edge; `na`, `nb`, `nc`: normal along and across.
+// `t`: position of the crossing along the edge, 0..1. `na`, `nb`, `nc`: normal along and across the edge.
 struct EightCrossings {
   Eight t, na, nb, nc, curvature;
 };
 
-// Edges on one plane; sets its gradients in `out`.
+// Returns which edges have both ends on the same plane, and sets the gradients of these planes in `out`.
 TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<Eight>& q, Gradient<Eight>& out) {
   Eight least = Eight{} + 2 * kSame * kSame;
   EightInts found{};
@@ -113,7 +117,8 @@ TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<E
   return found;
 }
 
-// `at`: start samples; strides a along, b, c across. Reads -a..2a, and ±b, ±c at both ends.
+// `at`: samples at the edges' starts. Strides: a along the edges, b and c across. Reads -a..2a, and ±b, ±c at both
+// ends.
 TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int b, int c) {
   const auto load = [at](int offset) __attribute__((always_inline)) {
     return Eight{at[0][offset], at[1][offset], at[2][offset], at[3][offset],
@@ -145,7 +150,7 @@ TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int 
     g = gradient(slope - 0.5f * bend * (1 - 2 * t),
                  0.5f * ((1 - t) * (upper_b0 - lower_b0) + t * (upper_b1 - lower_b1)),
                  0.5f * ((1 - t) * (upper_c0 - lower_c0) + t * (upper_c1 - lower_c1)));
-    // Mean curvature: half the Laplacian.
+    // The mean curvature is half the Laplacian of the field.
     curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
     if (const EightInts across = g.excess > kAcross; bits_of(across) != 0) {
       Gradient<Eight> better = there.best();

@@ -1,4 +1,4 @@
-// Where the surface crosses an edge, with its normal.
+// Points where the surface crosses grid edges, with normals.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace typodont::surface {
 
-/// Eight floats; moments.h sums their outer products.
+/// A crossing as eight floats, so that moments.h can compute outer products of them.
 struct alignas(16) Crossing {
   float point[3];
   float normal[3];
-  float curvature;  // mean, 1/voxel, convex positive; 0 near a crease
+  float curvature;  // mean curvature, 1/voxel, positive if convex; 0 near a crease
   float one = 1;
 };
 
@@ -20,9 +20,8 @@ struct GridEdge {
   std::uint8_t x, y, z;  // coordinates of this sample
 };
 
-/// Edges along `axis`, eight at a time; `stride` of `field`; reads -1..2 along, neighbours across. Second order in a
-/// smooth field, normals by central differences. At creases only samples of one side, extrapolated linearly where
-/// |gradient| is 1: planes are exact up to their edges.
+/// Computes the crossings of edges along `axis`. `stride`: strides of `field`; samples -1..2 along an edge and its
+/// neighbours are read. At creases only samples of one side are used, so planes are exact.
 void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out);
 
 }  // namespace typodont::surface

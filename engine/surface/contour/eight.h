@@ -1,5 +1,5 @@
-// Functions of one or eight floats with equal bits. Includers are compiled with -Wno-psabi: vectors pass only between
-// inlined functions.
+// Functions of one or eight floats that return equal bits. Compile including files with -Wno-psabi: vectors are passed
+// only between inlined functions.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ TYPODONT_INLINE float root(float v) {
   return std::sqrt(v);
 }
 TYPODONT_INLINE Eight root(Eight v) {
-  asm("" : "+m"(v));  // or the compiler would take some roots one by one
+  asm("" : "+m"(v));  // otherwise the compiler computes some roots one by one
   Eight out;
   for (int i = 0; i < 8; ++i) out[i] = std::sqrt(v[i]);
   return out;

@@ -15,7 +15,8 @@ float greatest_curvature(const Moments& moments, float least) {
       glm::normalize(std::abs(unit.x) < 0.7f ? glm::vec3(0, -unit.z, unit.y) : glm::vec3(unit.y, -unit.x, 0));
   const glm::vec3 v = glm::cross(unit, u);
 
-  // In the tangent plane: X of positions, C of normals with positions; S = C X⁻¹.
+  // Mean of (position·a) × (vector·b) over the crossings. With the covariances X of positions and C of normals with
+  // positions in the tangent plane, the shape operator is S = C X⁻¹.
   auto product = [&](const glm::vec3& a, int first, const glm::vec3& b) {
     float sum = 0;
     for (int i = 0; i < 3; ++i)

@@ -1,4 +1,4 @@
-// Additive sums over crossings, for vertices and curvatures.
+// Sums over crossings for the computation of vertices and curvatures. Sums of two sets can be added.
 #pragma once
 
 #include <cstring>
@@ -9,7 +9,8 @@
 
 namespace typodont::surface {
 
-/// Point p (from the cell's centre, so floats suffice), unit normal n, mean curvature H.
+/// Sums over crossings of point p (relative to the cell's centre, so that floats suffice), unit normal n and mean
+/// curvature H.
 struct CrossingSums {
   Four low = {}, high = {};  // Σ (p.x p.y p.z n.x) and Σ (n.y n.z H 1)
   Four by_normals = {};      // Σ (p.x·n.x, p.y·n.y, p.z·n.z); the last lane has no meaning
@@ -29,13 +30,13 @@ struct CrossingSums {
   glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
   glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
   float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
-  // Σ p·n
+  // returns Σ p·n
   float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
 };
 
-/// Σ (p, 1) ⊗ (p, n, H, 1), for curvatures.
+/// Sums Σ (p, 1) ⊗ (p, n, H, 1) over crossings, for curvatures.
 struct Moments {
-  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: without p_i
+  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: the sums without the factor p_i
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     Four low, high;
@@ -49,7 +50,7 @@ struct Moments {
     m[3][0] += low;
     m[3][1] += high;
   }
-  /// `shift`: centre of `o` from this one.
+  /// Adds the moments `o`, whose centre lies at `shift` from the centre of these moments.
   void add(const Moments& o, const glm::vec3& shift) {
     const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {
@@ -67,7 +68,8 @@ struct Moments {
   CrossingSums sums() const { return {m[3][0], m[3][1], Four{at(0, 3), at(1, 4), at(2, 5), 0}}; }
 };
 
-/// From the change of normals; where the points' variance is below `least`, the crossings' mean curvature.
+/// Returns the largest curvature, from the change of normals. Where the variance of the points is below `least`, the
+/// mean curvature of the crossings is used.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

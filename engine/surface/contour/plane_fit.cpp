@@ -6,7 +6,7 @@
 namespace typodont::surface {
 namespace {
 
-// Cyclic Jacobi; columns of `v`.
+// Cyclic Jacobi method. The columns of `v` become the eigenvectors of `a`, its diagonal the eigenvalues.
 void eigen(double a[3][3], double v[3][3]) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) v[i][j] = i == j;
@@ -46,7 +46,7 @@ PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
                n22 = sums.nn[5];
   const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
                       n02 * m.x + n12 * m.y + n22 * m.z);
-  // A y = b; y relative to the crossings' mean
+  // Solves A y = b, where y is relative to the mean of the crossings.
   const glm::dvec3 b = sums.nd - nm;
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];

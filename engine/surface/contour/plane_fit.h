@@ -1,4 +1,4 @@
-// Point nearest to all tangent planes: dual contouring (Ju, Losasso, Schaefer & Warren 2002).
+// Finds the point nearest to all tangent planes: dual contouring (Ju, Losasso, Schaefer & Warren 2002).
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace typodont::surface {
 
-/// Relative to the centre passed to add().
+/// Sums over the tangent planes of crossings, relative to the centre that was passed to add().
 struct PlaneSums {
   double count = 0;
   glm::dvec3 point{0};         // Σ p, sum of the crossings' points
@@ -36,12 +36,12 @@ struct PlaneSums {
 struct PlaneFit {
   glm::vec3 point{0};
   float residual = 0;  // voxels, root-mean-square distance of the point from the planes
-  /// 1 flat, 2 edge, 3 corner
+  /// 1: flat, 2: edge, 3: corner
   int rank = 0;
 };
 
-/// The best point nearest to the mean. Directions count with an eigenvalue of `cutoff` × the largest, at most `most` of
-/// them.
+/// Returns the best point nearest to the crossings' mean. Only directions whose eigenvalue exceeds `cutoff` × the
+/// largest one count, at most `most` of them.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

@@ -6,16 +6,15 @@
 namespace typodont::surface {
 namespace {
 
-// On curvature κ, a facet of side s would sag by about s²κ/4, so vertices lie kLift·s²κ outside (error at most
-// kSag·s²κ, brick_contour.cpp). They move to the cell's middle by kCentre, for even facets. Measured on spheres:
-// tests/property/surface_mesh_test.cpp.
+// On curvature κ, a facet of side s sags by about s²κ/4, so vertices lie kLift·s²κ outside. They move towards the
+// cell's middle by the fraction kCentre, for even facets. Measured in tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
-// of the side, outside the surface
+// largest distance of a vertex outside the surface, as a fraction of the block's side
 constexpr float kMaxLift = 0.1f;
-constexpr float kShortest = 1e-6f;  // no direction below
+constexpr float kShortest = 1e-6f;  // length below which a mean normal has no direction
 
-// One or eight points.
+// Coordinates of one or eight points.
 template <class Real>
 struct Coordinates {
   Real x, y, z;
@@ -25,7 +24,7 @@ TYPODONT_INLINE Real dot(const Coordinates<Real>& p, const Coordinates<Real>& q)
   return p.x * q.x + p.y * q.y + p.z * q.z;
 }
 
-// Of one or eight cells.
+// CrossingSums of one or eight cells.
 template <class Real>
 struct Sums {
   Coordinates<Real> points, normals, by_normals;

@@ -1,12 +1,13 @@
-// A driver to copy: its hand goes round a circle (mm) once per second, ignores forces, presses half of the time.
+// Example driver to copy. Its hand moves on a circle (mm) once per second, ignores forces, and presses half of the
+// time.
 //
-//   1. Derive from HapticDevice. read() waits for the next sample (the servo's clock), write() sends the force,
-//   release()
-//      sends zero from any thread. None throws, allocates or locks.
-//   2. Open the device in a function that throws a helpful Error. Use Link (link.h), so that tests can emulate.
-//   3. Define NAME_driver in drivers/NAME.cpp; `typodont devices` and --hand then know it.
+// 1. Derive from HapticDevice. read() waits for the next sample (the servo's clock), write() sends the force, release()
+// sends zero force from any thread. None of them throws, allocates or locks.
+// 2. Open the device in a function that throws a helpful Error. Access it through Link (link.h), so that tests can
+// emulate it.
+// 3. Define NAME_driver in drivers/NAME.cpp; `typodont devices` and --hand then know it.
 //
-// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the rig's base.
+// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the base's pose from the rig.
 #include <charconv>
 #include <cmath>
 

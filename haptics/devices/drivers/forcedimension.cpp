@@ -1,4 +1,4 @@
-// omega, sigma, lambda (Force Dimension), Falcon (Novint), through libdhd or libdrd at run time.
+// Driver for omega, sigma, lambda (Force Dimension) and Falcon (Novint). Loads libdhd or libdrd at run time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,9 +59,9 @@ struct Api {
   }
 };
 
-constexpr int kMost = 16;  // index; larger numbers are serial numbers
+constexpr int kMost = 16;  // largest device index; larger numbers are serial numbers
 
-/// Recommended force and stiffness, by words of the reported name.
+/// Recommended force and stiffness of a model, found by a word in its reported name.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -94,7 +94,7 @@ FoundDevice found(int number, const DeviceInfo& info) {
   device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
   return device;
 }
-/// Reason of the last failure, if stated.
+/// Reason of the last failure, if the library states one.
 std::string refusal(const Api& api) {
   const char* said = api.last_error ? api.last_error() : nullptr;
   return said && *said ? said : "it does not open";
@@ -122,8 +122,8 @@ class ForceDimensionDevice : public HapticDevice {
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
     info_.vibration_band = 250;     // Hz, a low estimate for stiff 4 kHz arms
-    info_.position_step = 0.01e-3;  // m, value that the manufacturer states for the omega (not verified)
-    // The controller's watchdog in 125 µs (not verified): 2 ms; 0 disables.
+    info_.position_step = 0.01e-3;  // m, the manufacturer's value for the omega (not verified)
+    // The controller's watchdog counts in 125 µs (not verified): 16 are 2 ms; 0 would disable it.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -146,7 +146,7 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // Negative: failure; small positive: unchanged.
+    // A negative result is a failure; a small positive one means an unchanged value.
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {
@@ -181,7 +181,7 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
-  // rad, DHD_MAX_DOF; base and wrist are used
+  // Joint angles, rad, as many as DHD_MAX_DOF; only those of base and wrist are used.
   std::array<double, 8> joints_{};
   std::size_t joint_count_ = 0;
   bool wrist_ = false;

@@ -1,3 +1,4 @@
+// Driver for Inverse3 (Haply) through its vendor's WebSocket service.
 #include "haptics/devices/haply.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// ns without a state, then a force again: states answer forces
+// After this time without a state message, the force is sent again, because the service only answers forces; ns.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
@@ -42,7 +43,7 @@ class HaplyDevice : public HapticDevice {
     info_.force_limit = 8;       // N, peak force that the manufacturer states (not verified)
     info_.continuous_force = 4;  // N, our low estimate, half of the peak force
     info_.max_stiffness = 3500;  // N/m, largest stiffness that the device can render (not verified)
-    info_.vibration_band = 100;  // Hz, largest frequency that the device can render; our low estimate
+    info_.vibration_band = 100;  // Hz, largest frequency the device renders; our low estimate
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;
@@ -64,7 +65,7 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    // ns, without pauses of this process
+    // Waiting time without pauses of this process, ns.
     Nanos waited = 0;
     if (!started_) release();  // the service answers with the first state
     started_ = true;
@@ -90,7 +91,7 @@ class HaplyDevice : public HapticDevice {
           continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // Once, even for many invalid messages: the next state answers.
+        // Sent only once for several invalid messages, because the service answers it with the next state.
         if (!rubbish) release();
         rubbish = !state;
         continue;
@@ -98,12 +99,12 @@ class HaplyDevice : public HapticDevice {
       if (fresh && spacing_.left(t) > 0) continue;
       if (fresh) return hand_over(sample, t);
       faults_ |= bits(Fault::kBadInput);
-      release();  // no answer: request a state
+      release();  // no message came: zero force makes the service answer with a state
     }
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // The watchdog process must know of every force first.
+    // The watchdog process must know of a force before it is sent.
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }
@@ -140,7 +141,7 @@ class HaplyDevice : public HapticDevice {
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  // Sends zero force if this process cannot.
+  // Child process that sends zero force if this process no longer can.
   std::optional<WatchdogProcess> watchdog_process_;
   std::uint32_t faults_ = 0;
   bool started_ = false;
@@ -173,7 +174,7 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   const auto id_text = id ? id->string() : std::nullopt;
   const auto state = arm->get("state");
   const auto position = state ? vector_of(state->get("cursor_position")) : std::nullopt;
-  // It is inserted into messages: no quotes or escapes.
+  // The identifier is inserted into messages, so it must not contain quotes or escapes.
   HaplyState out;
   if (!id_text || id_text->empty() || id_text->size() >= out.id.size() ||
       id_text->find_first_of("\\\"") != std::string_view::npos || !position) {

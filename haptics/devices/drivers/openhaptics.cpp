@@ -1,5 +1,5 @@
-// Touch and Phantom (3D Systems), through libHD.so at run time. Its callback (1 kHz) samples, and sends no force older
-// than two callbacks: a watchdog.
+// Driver for Touch and Phantom (3D Systems). Loads libHD.so at run time, which calls a callback at 1 kHz. The callback
+// reads the pose, and sends zero instead of a force older than two callbacks, as a watchdog.
 #include <fmt/format.h>
 #include <semaphore.h>
 #include <time.h>
@@ -98,7 +98,7 @@ struct Api {
   }
 };
 
-/// kInvalid: no such device; "": default.
+/// Opens a device by name; "": the default device. Returns kInvalid if it does not exist.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
@@ -143,7 +143,7 @@ VendorDevices& devices() {
   return all;
 }
 
-/// Shared by all arms, from the first to the last.
+/// The library's scheduler, which all arms share. The first arm starts it, the last one stops it.
 class Scheduler {
  public:
   void join(const Api& api) {
@@ -173,8 +173,8 @@ class OpenHapticsDevice : public HapticDevice {
     }
     api_.make_current(device_);
     info_ = describe(api_, name);
-    info_.vibration_band = 100;      // Hz, largest frequency that the device can render; our low estimate
-    info_.position_step = 0.055e-3;  // m, of the Touch; Phantoms are finer
+    info_.vibration_band = 100;      // Hz, largest frequency the device renders; our low estimate
+    info_.position_step = 0.055e-3;  // m, value of the Touch; Phantoms have a better resolution
     use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
@@ -187,7 +187,8 @@ class OpenHapticsDevice : public HapticDevice {
     ending_.store(true);
     api_.unschedule(task_);
     scheduler().leave(api_);
-    // Until this arm's callback has ended (microseconds; limited, the library may hang).
+    // Waits until the callback of this arm has ended. That takes microseconds; the wait is limited, because the library
+    // may hang.
     for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);
@@ -223,13 +224,13 @@ class OpenHapticsDevice : public HapticDevice {
     released_.store(false);
     forces_.publish(f_T_W);
   }
-  // The scheduler reads it within a millisecond and sends zero.
+  // The scheduler's callback reads this flag within a millisecond and sends zero force.
   void release() noexcept override { released_.store(true); }
 
  private:
   struct Sample {
     HandSample hand;
-    // rad: turret, thigh, shin, gimbal
+    // Joint angles, rad: turret, thigh, shin, gimbal.
     std::array<double, 6> joints{};
     bool error = false;
   };
@@ -277,10 +278,10 @@ class OpenHapticsDevice : public HapticDevice {
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
   Latest<Sample> samples_;  // passes samples from the scheduler to the servo
   Latest<dvec3> forces_;    // passes forces from the servo to the scheduler
-  int age_ = 1000;          // callbacks since the last force; scheduler's thread
+  int age_ = 1000;          // callbacks since the last force; used by the scheduler's thread
 };
 
-/// One file per device set up with the vendor's program.
+/// Names of the devices that were set up with the vendor's program, which writes one file for each.
 std::vector<std::string> configured_names() {
   const char* home = std::getenv("GTDD_HOME");
   const std::filesystem::path folder = std::filesystem::path(home ? home : "/usr/share/3DSystems") / "config";

@@ -1,4 +1,4 @@
-// script:HAND.csv and script:HAND.json (haptics/scripted_hand.h).
+// Driver for the addresses script:HAND.csv and script:HAND.json (haptics/scripted_hand.h).
 #include "engine/base/error.h"
 #include "haptics/devices.h"
 #include "haptics/scripted_hand.h"

@@ -16,7 +16,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kFullScale = 350;  // counts at full deflection of the cap
-// ns without a report: released
+// Without a report for this time, the cap counts as released, ns.
 constexpr Nanos kSilence = 200'000'000;
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
@@ -34,7 +34,7 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Zero in the dead zone `dead`, then rising gently.
+/// Response of the cap: zero within the dead zone `dead`, then a gradual rise.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -44,7 +44,7 @@ dvec3 shape(const dvec3& v, double dead) {
   return out;
 }
 
-/// x right, y to the user, z down → H: x right, y away, z up.
+/// From the cap's axes (x right, y to the user, z down) to the base frame H (x right, y away, z up).
 dvec3 cap_to_base(const dvec3& v) {
   return {v.x, -v.y, -v.z};
 }
@@ -61,7 +61,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // Skips samples missed in a pause.
+    // After a pause of the program, skips the missed samples.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
@@ -75,7 +75,7 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // Or the tool would drift after a lost release.
+    // Without reports the cap counts as released. Otherwise a lost report of the release would let the tool drift.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
@@ -110,7 +110,7 @@ class SpaceMouse : public HapticDevice {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    // The multi-axis interface of several.
+    // A SpaceMouse has several HID interfaces; only the multi-axis controller (usage page 1, usage 8) is listed.
     if (!is_spacemouse(node.vendor, node.product)) continue;
     if (node.usage_page != 0 && !(node.usage_page == 1 && node.usage == 8)) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
@@ -122,7 +122,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // The address after its colon has the format "[PATH or SERIAL][,position]".
+  // The address after the colon: "[PATH or SERIAL][,position]".
   SpaceMouseControl control;
   std::string which = rest;
   if (const std::size_t comma = rest.rfind(','); comma != std::string::npos) {

@@ -19,11 +19,11 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns without a report, then zero currents again: reports answer commands
+// After this time without a report, zero currents are sent again, because the board only answers commands; ns.
 constexpr Nanos kWake = 10'000'000;
-constexpr Nanos kRestOfLine = 2'000'000;  // ns for the second half of a line
-constexpr Nanos kLost = 100'000'000;      // ns without a valid report: lost
-constexpr double kGravityRamp = 0.5;      // s, time constant of the gradual start of the gravity compensation
+constexpr Nanos kRestOfLine = 2'000'000;  // ns, waiting time for the second half of a line
+constexpr Nanos kLost = 100'000'000;      // ns without a valid report, after which the arm counts as lost
+constexpr double kGravityRamp = 0.5;      // s, time constant with which gravity compensation starts
 
 class ArmDevice : public HapticDevice {
  public:
@@ -52,7 +52,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // ns, without pauses of this process
+    Nanos waited = 0;  // ns, waiting time without pauses of this process
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -67,10 +67,10 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        // Awaits the rest of half a line.
+        // If only half a line has arrived, waits for more.
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
-          release();  // sends zero force, to which the board answers with a report
+          release();  // sends zero force; the board answers with a report
           faults_ |= bits(Fault::kBadInput);
         }
         continue;
@@ -98,7 +98,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // The watchdog process must know first.
+    // The watchdog process must know of a force before it is sent.
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -110,7 +110,7 @@ class ArmDevice : public HapticDevice {
   }
 
  private:
-  /// Waits, then reads all queued reports; the newest has the present position. Returns Link::read()'s result.
+  /// Waits for a report, then reads all queued reports and keeps the newest. Returns the result of Link::read().
   int read_newest(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
@@ -141,10 +141,10 @@ class ArmDevice : public HapticDevice {
     return report;
   }
 
-  /// false: impossible values.
+  /// Updates the encoders. Returns false if a count is impossible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    // clock jumped: what the arm can reach in 0.5 s
+    // After a clock jump, any motion within 0.5 s is accepted.
     if (!(dt > 0 && dt < 0.5)) dt = 0.5;
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
@@ -159,7 +159,7 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      // the pose jumps: no force in this tick
+      // Homing makes the pose jump: no force in this tick.
       if (homed_) faults_ |= bits(Fault::kBadInput);
       homed_ = true;
       slipped = false;
@@ -190,11 +190,11 @@ class ArmDevice : public HapticDevice {
 
 bool is_arm(const HidNode& node) {
   if (node.vendor == 0x1234 && node.product == 0x0006) return true;
-  // A raw HID Teensy has a second interface with the same numbers.
+  // A Teensy with raw HID has a second interface with the same ids.
   return node.vendor == 0x16c0 && node.product == 0x0486 && node.usage_page == 0xffab && node.usage == 0x0200;
 }
 
-/// By stable names.
+/// Serial ports of boards, by names that stay the same when plugged in again.
 std::vector<std::filesystem::path> serial_boards() {
   std::vector<std::filesystem::path> found;
   std::error_code none;
@@ -221,7 +221,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
   return device;
 }
 
-/// "1234560" of "usb-Teensyduino_USB_Serial_1234560-if00".
+/// Serial number in a port's name: "1234560" of "usb-Teensyduino_USB_Serial_1234560-if00".
 std::string serial_of(const std::filesystem::path& port) {
   std::string name = port.filename().string();
   name = name.substr(0, name.find("-if"));
@@ -242,7 +242,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // The address after its colon has the format "[PATH or SERIAL][,PRESET]".
+  // The address after the colon: "[PATH or SERIAL][,PRESET]".
   const std::size_t comma = rest.rfind(',');
   const std::string which = rest.substr(0, comma);
   std::string preset = comma == std::string::npos ? "" : rest.substr(comma + 1);
@@ -273,7 +273,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // Lines only after a command; the first may be old.
+    // The board sends a line only after a command; the first line may be old.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {
@@ -291,7 +291,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   for (int round = 0; link.now() < give_up; ++round) {
     const int n = link.read(buffer, kWake);
     if (n < 0) throw Error(where, "", "a device that was unplugged", "a WoodenHaptics or Polhem board");
-    if (n == 0) {  // idle, or expects another length
+    if (n == 0) {  // no report: the board is idle, or expects commands of another length
       static constexpr ArmProtocol kKinds[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
       link.write(encode(kKinds[round % 3], dvec3(0)).span());
       continue;
@@ -299,7 +299,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      // Two reports of its length, against chance.
+      // Requires two reports of the same length in succession, so that chance does not decide.
       if (last == static_cast<std::size_t>(n)) return {*protocol, 0};
     }
     last = static_cast<std::size_t>(n);

@@ -1,5 +1,6 @@
-// A folder, ZIP, DICOMDIR or multi-frame file. GDCM reads in a separate process (dicom_reader.cpp); this groups, sorts
-// and checks. No data of persons; no file names in messages.
+// Reads DICOM from a folder, ZIP, DICOMDIR or multi-frame file. GDCM parses the files in a separate process
+// (dicom_reader.cpp); this file groups, sorts and checks slices. It reads no personal data, and messages contain no
+// file names.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ using glm::dvec3;
 
 constexpr std::size_t kMostFiles = 20000;
 constexpr int kDeepest = 8;  // largest depth of nested folders that are searched
-// fewer are an overview
+// Series with fewer slices are overviews.
 constexpr std::size_t kLeastSlices = 4;
 
 struct Slice {
@@ -39,11 +40,11 @@ struct Slice {
   DicomFile of;
 };
 
-/// Slices of equal series, size and orientation.
+/// Slices of the same series, size and orientation.
 struct Stack {
-  DicomHeader head;  // of the first file, with the first slice's frame only
+  DicomHeader head;  // header of the first file, with only the frame of the first slice
   std::vector<Slice> slices;
-  std::string note;  // how slices were placed, if the file leaves it open
+  std::string note;  // note about how slices were placed, if the file does not state it
 };
 
 bool begins_dicom(std::string_view start) {
@@ -58,7 +59,7 @@ std::string first_bytes(const fs::path& file) {
   return start;
 }
 
-/// Links are ignored: a cycle would be endless.
+/// Lists the files of a folder. Links are ignored, because a cycle of links would be endless.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::size_t seen = 0;
@@ -76,14 +77,14 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Empty if `name` leads out of the folder.
+/// File that a DICOMDIR names; nullopt if the name leads out of the folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
     if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
     const std::string lower = lower_case(part.string());
     std::error_code code;
-    // Discs show lower case, copies add extensions.
+    // Discs may show names in lower case, and copies may have extensions.
     const fs::path tried[] = {part, lower, part.string() + ".dcm", lower + ".dcm"};
     const auto* const found = std::ranges::find_if(tried, [&](const fs::path& p) { return fs::exists(at / p, code); });
     at /= found == std::end(tried) ? part : *found;
@@ -109,7 +110,7 @@ dvec3 vec(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Right, down, away from the viewer.
+/// Directions in the patient: right and down in the slice, and its normal, away from the viewer.
 struct Axes {
   dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
 };
@@ -123,9 +124,9 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-constexpr double kSamePlace = 1e-3;  // mm, same position
+constexpr double kSamePlace = 1e-3;  // mm, closer slices have the same position
 
-/// By Slice Location, if positions are missing or all equal.
+/// Places the slices by Slice Location, if their positions are missing or all equal.
 void place_by_location(Stack& stack) {
   std::vector<Slice>& all = stack.slices;
   const bool located = std::ranges::all_of(all, [](const Slice& s) { return s.location.has_value(); });
@@ -147,7 +148,7 @@ void place_by_location(Stack& stack) {
                   unplaced ? "the slices have no Image Position" : "all slices have the same Image Position");
 }
 
-/// One stack per scan of the region; counts removed copies in `copies`.
+/// Divides a stack into one stack per scan of the same region. Counts removed copies in `copies`.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   const auto along = [&](const Slice& s) { return glm::dot(s.position, normal); };
@@ -163,7 +164,7 @@ std::vector<Stack> split(Stack stack, std::size_t& copies) {
            }) != s.slices.end();
   };
   if (!twice(stack)) return {std::move(stack)};
-  // Takes the first attribute that tells the scans apart.
+  // Uses the first attribute that distinguishes the scans.
   using Key = std::string (*)(const DicomFile&);
   for (const Key key : {Key{[](const DicomFile& f) { return fmt::format("acquisition {}", f.acquisition); }},
                         Key{[](const DicomFile& f) { return fmt::format("phase {}", f.phase); }},
@@ -246,14 +247,14 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// As indices into the stack; a fraction lies between two slices.
+/// Positions of the result's slices as indices into the stack; a fraction lies between two slices.
 struct SliceLevels {
   std::vector<double> at;
-  dvec3 step{0}, origin{0};  // mm, step, and position of the first
+  dvec3 step{0}, origin{0};  // mm, step between slices, and position of the first
 };
 
-/// Distances within 2 % are used as they are, others interpolated. Throws Error above 1.5 times the median: slices are
-/// missing.
+/// Slices whose distances differ by at most 2 % are used as they are, others are interpolated. Throws Error if a gap
+/// exceeds 1.5 times the median, because slices are missing.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -336,7 +337,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     scan.space = "LPS";
     if (!stack.note.empty()) scan.notes.push_back(stack.note);
   } else {
-    // Without positions: in order, at the stated distance.
+    // Without positions, slices are placed in their order, at the stated distance.
     const auto same_order = [](const Slice& a, const Slice& b) {
       return a.of.order == b.of.order && a.frame == b.frame;
     };
@@ -360,7 +361,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    // degrees between computed and stated tilt
+    // Largest difference between computed and stated tilt, degrees.
     constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
@@ -403,7 +404,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
       const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
       std::vector<float> grey = decode(own, area, element, false);
-      // MONOCHROME1: the smallest is white.
+      // MONOCHROME1: the smallest value is white.
       const double sign = pixels.inverted ? -1 : 1;
       for (std::size_t i = 0; i < area; ++i) {
         const double stored = static_cast<double>(grey[i]);
@@ -422,7 +423,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   }
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // Interpolated between two slices of an uneven stack.
+  // An uneven stack is interpolated between two slices.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

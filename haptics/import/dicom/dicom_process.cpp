@@ -15,7 +15,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-/// Without a name; gone with the object.
+/// A temporary file whose name is already deleted, so that it disappears with the object.
 class Scratch {
  public:
   Scratch() {
@@ -29,7 +29,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   int fd() const { return fd_; }
 
-  /// false: end of the file.
+  /// Returns false at the end of the file.
   bool read(void* to, std::size_t bytes) {
     char* p = static_cast<char*>(to);
     while (bytes > 0) {
@@ -82,12 +82,12 @@ bool read_text(Scratch& in, std::string& text) {
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
   constexpr std::size_t kMostDeaths = 50;
-  // bytes: 4096 frames of about 150
+  // Largest output per file: 4096 frames of about 150 bytes.
   constexpr std::uint64_t kOutputPerFile = 1 << 20;
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {
-    if (deaths > kMostDeaths) break;  // too many crashes: the rest stays "other"
+    if (deaths > kMostDeaths) break;  // too many crashes: the remaining files count as kOther
     Scratch list, out;
     list.write(list_of(files, from));
     const int status = run_guarded(

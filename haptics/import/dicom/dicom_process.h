@@ -15,14 +15,15 @@ struct DicomHeader {
   DicomFile file;
   std::vector<DicomFrame> frames;
   std::vector<std::string> references;  // names of the files to which a DICOMDIR refers
-  std::string malformed;                // a number that cannot be read: "place\nfound"; empty: none
+  // an unreadable number, as "place found"; empty: none
+  std::string malformed;
 };
 
-/// A file that crashes the reader counts as unreadable.
+/// Reads the headers. A file that crashes the reader counts as unreadable.
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files);
 
-/// One file after another, passed to `take`. `largest`, `total`: bytes of pixels, from the headers. Throws Error with
-/// `name`.
+/// Reads the pixels of one file after another, and passes them to `take`. `largest`, `total`: size of the largest image
+/// and of all images from the headers, bytes. Throws Error with `name`.
 void read_dicom_pixels(const std::string& name, std::span<const std::filesystem::path> files, std::uint64_t largest,
                        std::uint64_t total,
                        const std::function<void(const DicomPixels& pixels, std::vector<char>& bytes)>& take);

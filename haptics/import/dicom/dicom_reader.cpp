@@ -1,6 +1,6 @@
-// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: reads DICOM with GDCM, which crashes on some damaged files,
-// in a process with little memory and time, no network, processes or writing. LIST: names, each with a zero byte;
-// IMAGE, OUTPUT: bytes of the largest image and of all records (dicom_wire.h).
+// Program typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: reads DICOM with GDCM in a restricted process,
+// because GDCM crashes on some damaged files.
+// LIST: file names, each with a zero byte at its end. IMAGE, OUTPUT: largest sizes in bytes (dicom_wire.h).
 #include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -54,7 +54,7 @@ void say_text(DicomRecord record, std::string text) {
   write_all(text.data(), text.size());
 }
 
-/// Without padding.
+/// Text of an attribute without padding.
 std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   if (!set.FindDataElement(tag)) return "";
   const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
@@ -63,11 +63,12 @@ std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
   return text;
 }
-/// A number that cannot be read, such as "1,5".
+/// Thrown for an unreadable number, such as "1,5".
 struct Malformed {
   std::string place, found;
 };
-/// From "1\2\3". False: missing or empty; throws Malformed on anything but numbers.
+/// Reads `count` numbers from a text such as "1\2\3". Returns false if they are missing or empty; throws Malformed if
+/// the text is not numbers.
 bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name, double* to, std::size_t count) {
   const std::string text = text_of(set, tag);
   if (text.find_first_not_of(' ') == std::string::npos) return false;
@@ -91,7 +92,7 @@ bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name
   std::copy_n(numbers.begin(), count, to);
   return true;
 }
-/// Not needed to place or scale a slice.
+/// Reads a number that is not needed to place or scale a slice; `otherwise` if it is missing or malformed.
 double number_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double otherwise) {
   double value = otherwise;
   try {
@@ -129,7 +130,7 @@ void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   numbers_of(set, gdcm::Tag(0x0028, 0x1052), "Rescale Intercept", &f.intercept, 1);
 }
 void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
-  // Plane position, plane orientation, pixel measures, value transformation.
+  // Reads plane position, plane orientation, pixel measures, and value transformation.
   for (const gdcm::Tag& tag :
        {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x9145)}) {
     if (!set.FindDataElement(tag)) continue;
@@ -159,7 +160,7 @@ void headers(const std::string& name, std::uint32_t number) {
     say(DicomRecord::kFile, file);
     return;
   }
-  // Already in this machine's byte order.
+  // Values are already in this computer's byte order.
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   file.columns = short_of(set, gdcm::Tag(0x0028, 0x0011));
   file.rows = short_of(set, gdcm::Tag(0x0028, 0x0010));
@@ -182,7 +183,7 @@ void headers(const std::string& name, std::uint32_t number) {
   const std::string kernel = text_of(set, gdcm::Tag(0x0018, 0x1210));
   for (std::size_t k = 0; k < std::min(kernel.size(), sizeof file.kernel - 1); ++k)
     file.kernel[k] = kernel[k] >= ' ' && kernel[k] <= '~' ? kernel[k] : '?';
-  // One bit per voxel, no grey values.
+  // A segmentation has one bit per voxel, not grey values.
   const bool segmentation = short_of(set, gdcm::Tag(0x0028, 0x0100)) == 1;
   const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0 && !segmentation;
   const bool color = short_of(set, gdcm::Tag(0x0028, 0x0002)) > 1;
@@ -205,13 +206,13 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // One position for all frames: only the first has it.
+      // If the file has one position for all frames, only the first frame has it.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
 }
 
-/// The file ends before its pixels; GDCM would fill them silently.
+/// Returns true if the file ends before its pixels do; GDCM would silently fill them.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);
@@ -238,7 +239,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Stated length against what follows; tag and length depend on the transfer syntax.
+  // Compares the stated length with the bytes that follow. Encoding of tag and length depend on the transfer syntax.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -246,7 +247,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   const std::string tag = big ? std::string("\x7f\xe0\0\x10", 4) : std::string("\xe0\x7f\x10\0", 4);
   std::string size(reinterpret_cast<const char*>(&length), sizeof length);
   if (big) std::reverse(size.begin(), size.end());
-  // Explicit VR: type and two zero bytes before the length.
+  // Explicit VR: the type and two zero bytes come before the length.
   const std::size_t before = syntax.IsImplicit() ? 4 : 8;
   for (std::size_t at = bytes.rfind(tag); at != std::string::npos; at = at == 0 ? at - 1 : bytes.rfind(tag, at - 1)) {
     if (bytes.compare(std::min(at + before, bytes.size()), 4, size) != 0) continue;
@@ -255,7 +256,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   return true;
 }
 
-/// High Bit > Bits Stored - 1: shifts down. False: contradictory.
+/// If High Bit > Bits Stored - 1, shifts the values down. Returns false if the attributes contradict each other.
 bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vector<char>& bytes) {
   const gdcm::DataSet& set = file.GetDataSet();
   const std::uint32_t allocated = short_of(set, gdcm::Tag(0x0028, 0x0100)),
@@ -264,7 +265,7 @@ bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vect
   if (allocated != 16 || high + 1 == stored) return true;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   const gdcm::ByteValue* raw = image.GetDataElement().GetByteValue();
-  // On the file's bytes: GDCM gives wrong numbers.
+  // Works on the bytes of the file, because GDCM returns wrong numbers for such files.
   if (stored == 0 || high + 1 < stored || high > 15 || syntax.IsEncapsulated() || !raw ||
       syntax == gdcm::TransferSyntax::ExplicitVRBigEndian || raw->GetLength() < bytes.size())
     return false;
@@ -272,7 +273,7 @@ bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vect
   for (std::size_t k = 0; k + 1 < bytes.size(); k += 2) {
     std::uint16_t bits = 0;
     std::memcpy(&bits, raw->GetPointer() + k, sizeof bits);
-    bits = static_cast<std::uint16_t>(bits << (15 - high));  // the value's first bit is now the word's first bit
+    bits = static_cast<std::uint16_t>(bits << (15 - high));  // removes bits above the highest bit of the value
     const unsigned shift = 16 - stored;
     const std::uint16_t value = is_signed ? static_cast<std::uint16_t>(static_cast<std::int16_t>(bits) >> shift)
                                           : static_cast<std::uint16_t>(bits >> shift);
@@ -353,10 +354,10 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   {
     std::ifstream list(argv[2], std::ios::binary);
-    // Names may contain line ends.
+    // Names are separated by zero bytes, because they may contain line ends.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // Memory: kBase + kCopies × image. Processor time: kSeconds.
+  // Limits of this process: memory kBase + kCopies × image (bytes), processor time kSeconds.
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -366,7 +367,7 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    // Already handled by a process that crashed.
+    // The name is empty if an earlier process that crashed has already handled this file.
     if (names[number].empty()) continue;
     say(DicomRecord::kBegins, number);
     try {

@@ -1,4 +1,4 @@
-// Records of the guarded DICOM reader, without personal data.
+// Records that the DICOM reader's process writes; without personal data.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,15 @@ namespace typodont::haptics::importing {
 
 /// Type of a record. Every record begins with its type.
 enum class DicomRecord : std::uint32_t {
-  // uint32 index of the file; without a next record, the process crashed on it.
+  // uint32 index of the file. If no record follows, the process crashed on this file.
   kBegins = 0x44420001,
   kFile,       // followed by a DicomFile
-  kFrame,      // then a DicomFrame
-  kReference,  // of a DICOMDIR: uint32 length, then the relative name
+  kFrame,      // followed by a DicomFrame
+  kReference,  // an entry of a DICOMDIR: uint32 length, then the relative file name
   kPixels,     // followed by a DicomPixels and the bytes of the pixels
-  kRefused,    // uint32 length, then the text; among headers "place\nfound"
-  kEnd,        // end of the output
+  // uint32 length, then the reason; for headers "place found"
+  kRefused,
+  kEnd,  // end of the output
 };
 
 enum class DicomKind : std::uint32_t { kOther, kImage, kNoImage, kDirectory, kColor, kUnreadable };
@@ -34,7 +35,7 @@ struct DicomFile {
 struct DicomFrame {
   std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0, has_location = 0;
   std::uint8_t gap_is_thickness = 0;  // 1 if `gap` is only the slice thickness
-  // mm of the first voxel; unit vectors of rows and columns; mm between rows, columns.
+  // Position of the first voxel (mm), unit vectors of rows and columns, distance between rows and columns (mm).
   double position[3] = {}, orientation[6] = {}, spacing[2] = {};
   double gap = 0;       // mm, distance between slices as the file states it
   double location = 0;  // mm, position along the stack

@@ -17,7 +17,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Data elements in explicit VR little endian, added in the order of tags.
+// Data elements in explicit VR little endian. They must be added in the order of their tags.
 class Elements {
  public:
   Elements& text(std::uint16_t group, std::uint16_t element, const char* vr, std::string value) {
@@ -62,12 +62,12 @@ class Elements {
   std::string bytes_;
 };
 
-/// UID of a random number of 122 bits (PS3.5, annex B.2).
+/// UID with 122 random bits (PS3.5, annex B.2).
 std::string new_identifier() {
   std::random_device random;
   std::array<std::uint32_t, 4> number{};  // the most significant word first
   for (std::uint32_t& word : number) word = random();
-  // Version 4 and variant (RFC 4122).
+  // Sets version 4 and the variant (RFC 4122).
   number[1] = (number[1] & 0xffff0fffu) | 0x4000u;
   number[2] = (number[2] & 0x3fffffffu) | 0x80000000u;
   std::string digits;
@@ -83,7 +83,7 @@ std::string new_identifier() {
   return "2.25." + std::string(digits.rbegin(), digits.rend());
 }
 
-/// At most 16 characters.
+/// Decimal text of at most 16 characters.
 std::string decimal(double value) {
   if (std::abs(value) < 1e-9) value = 0;
   std::string text;
@@ -113,7 +113,7 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
     throw Error(file, "size", fmt::format("{} x {} voxels in a slice", size.x, size.y),
                 fmt::format("at most {} along an axis of a DICOM file; a .nrrd file has no such limit", kMostEdge));
 
-  // One slice of one tissue, if it occurs.
+  // One slice of one tissue, if the slice contains it.
   struct Frame {
     std::size_t segment;
     int z;
@@ -129,7 +129,7 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
     }
     if (frames.size() > before) segments.push_back(static_cast<Tissue>(t));
   }
-  // Bit by bit without padding between frames.
+  // One bit per voxel, without padding between frames.
   constexpr std::size_t kMostBytes = 0xfffffffe;
   const std::size_t bytes = (frames.size() * slice + 7) / 8;
   if (frames.empty() || bytes > kMostBytes)
@@ -170,7 +170,7 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
   for (const Frame& f : frames) {
     const auto segment = static_cast<std::uint32_t>(f.segment + 1);
     Elements item;
-    // Frame content (two dimension indices), position, segment number.
+    // Frame content (index in two dimensions), position, and segment number.
     item.sequence(0x0020, 0x9111,
                   {Elements().long_numbers(0x0020, 0x9157, {segment, static_cast<std::uint32_t>(f.z + 1)})})
         .sequence(0x0020, 0x9113,

@@ -6,8 +6,8 @@
 
 namespace typodont::haptics::importing {
 
-/// One binary segment per tissue. `labels`: x fastest, 0 outside; voxel p at step · p + origin (mm, LPS). No personal
-/// data, random identifiers. Throws Error with `file` if the format cannot hold it.
+/// Returns the file's content, with one binary segment per tissue and no personal data. `labels`: x runs fastest; voxel
+/// p lies at step · p + origin (mm, LPS). Throws Error with `file` if the format cannot hold the volume.
 std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, const std::string& labels,
                                const glm::dmat3& step, const glm::dvec3& origin);
 

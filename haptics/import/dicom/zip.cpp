@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMostEntries = 20000;
 constexpr std::uint64_t kMostBytes = 4000000000;  // bytes, largest total size of the unpacked files
-// largest ratio of deflate
+// Largest compression ratio of deflate.
 constexpr std::uint64_t kMostRatio = 1032;
 constexpr std::uint32_t kEndSign = 0x06054b50, kEntrySign = 0x02014b50, kLocalSign = 0x04034b50;
 
