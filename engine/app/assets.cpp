@@ -40,8 +40,8 @@ fs::path assets_folder() {
     }
     return set;
   }
-  // From a build folder, the program is build/release/typodont, and assets/ lies two levels above. In an installation,
-  // the program is bin/typodont or the library lib/libtypodont.so, and the assets are in share/typodont/assets.
+  // In a build folder, the program is build/release/typodont, and assets/ is two levels above. In an installation, the
+  // program is bin/typodont or the library lib/libtypodont.so, and the assets are in share/typodont/assets.
   const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
@@ -54,8 +54,8 @@ fs::path assets_folder() {
 
 namespace {
 
-/// Returns the path `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of
-/// `kind`. Throws Error if neither file exists. `noun`: word for such a file in the message, for example "rig".
+/// The path `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of `kind`.
+/// Throws Error if neither file exists. `noun`: word for such a file in the message, for example "rig".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;
@@ -104,8 +104,7 @@ fs::path user_folder() {
 
 namespace {
 
-/// Returns true if `path` lies in `folder`, after all symbolic links are resolved. The last parts of `path` need not
-/// exist.
+/// True if `path` is inside `folder`, after all symbolic links are resolved. The last parts of `path` need not exist.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;
   const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
@@ -115,8 +114,8 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// Returns true if the text of `path` begins with the text of `folder`. Symbolic links are not followed, because links
-/// inside the assets are trusted.
+/// True if the text of `path` begins with the text of `folder`. Symbolic links are not followed, because links inside
+/// the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
@@ -151,8 +150,7 @@ std::optional<fs::path> searched(const fs::path& path, const ScenePlace& place) 
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // A path such as "../../x" or a symbolic link can lead out of the folder. Such a file must lie in an allowed
-    // folder.
+    // A path such as "../../x" or a symbolic link can lead out of the folder. Such a file must be in an allowed folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

@@ -13,41 +13,40 @@
 
 namespace typodont {
 
-/// Returns the folder of the shipped assets. If the environment variable TYPODONT_ASSETS is set, this is the folder
-/// that it names. Otherwise the folder is searched for beside the program or library, and in the folders above (for
-/// example in the source tree). Throws Error.
+/// The folder of the shipped assets: the one that the environment variable TYPODONT_ASSETS names. Without it, searches
+/// beside the program or library and in the folders above, for example in the source tree. Throws Error.
 std::filesystem::path assets_folder();
 /// Folders in which the program searches for the files to which a scene refers.
 struct ScenePlace {
-  /// folder in which the program searches first for a file with a relative path; it searches in assets/ after that
+  /// The first folder in which the program searches for a file with a relative path; assets/ is the second.
   std::filesystem::path beside;
-  // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
+  // Allowed folders: a file, with its symbolic links resolved, must be in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// The scene of a recording can refer to an earlier recording, which this recording continues. This is the number of
-  /// such recordings that were opened one after the other to find this scene; at most 32.
+  /// Number of recordings that were opened, one after the other, to find this scene; at most 32. The scene of a
+  /// recording can refer to an earlier recording, which it continues.
   int recordings = 0;
-  /// The files that a recording lists: by the name in its scene, a private copy with the recorded SHA-256. Null: not a
-  /// recording.
+  /// Private copies of the files that a recording lists, checked by their SHA-256; the key is the name in the scene.
+  /// Null: the scene is not from a recording.
   std::shared_ptr<const std::map<std::string, std::filesystem::path>> checked;
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Finds a file to which a scene refers: first in place.checked. Otherwise searches for the path in the folder of
-/// `place` first, then in assets/. Throws Error if the file does not exist there, or if it lies outside the allowed
-/// folders; in the second case the error does not reveal whether the file exists.
+/// Finds a file to which a scene refers: in place.checked, else in the folder of `place`, else in assets/. Throws Error
+/// if it does not exist, or if it is outside the allowed folders; in the second case, the error does not reveal whether
+/// the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// `name`: a text of a JSON file; the error states its place there.
 std::filesystem::path find_file(const Json& name, const ScenePlace& place);
-/// Returns the user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
+/// ~/Typodont or $TYPODONT_HOME; contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
 /// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
 /// Finds a scene file. `scene` is a path, or the name of a scene in assets/scenes/, for example "molar-caries". Throws
-/// Error. If `scene` is an input of another kind (a folder, a scan, a mesh, a volume or a session), the message names
-/// the command that opens it.
+/// Error. For other kinds of input (a folder, scan, mesh, volume or session), the message names the command that opens
+/// it.
 std::filesystem::path find_scene(const std::string& scene);
 /// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);

@@ -32,13 +32,13 @@
 #include "haptics/sphere_passes.h"
 
 namespace {
-/// The module haptics does not link Vulkan. So the program registers the GPU implementation of the passes of the
-/// contact model "packing".
+/// Registers the GPU implementation of the passes of the contact model "packing", because the module haptics does not
+/// link Vulkan.
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
 
-/// Flushes standard output. Returns the exit status of the program. It is a failure if the output could not be written,
-/// for example because the disk is full.
+/// Flushes standard output. Returns the exit status: a failure if the output could not be written, for example on a
+/// full disk.
 static int written_out() {
   errno = 0;
   std::cout.flush();
@@ -47,7 +47,7 @@ static int written_out() {
   return 1;
 }
 
-/// Lets no control character of a file's name reach a terminal through standard output.
+/// Keeps control characters in file names from reaching a terminal through standard output.
 static void print_harmless_text() {
   if (!::isatty(STDOUT_FILENO)) return;
   const cookie_io_functions_t functions{.read = nullptr,
@@ -64,8 +64,8 @@ static void print_harmless_text() {
   stdout = terminal;
 }
 
-/// Lets no write to standard error wait for its reader, also not one of a library: a pipe or a terminal is opened
-/// again, because other programs share the first opened file and its mode.
+/// Prevents any write to standard error, even by a library, from waiting for a reader. A pipe or terminal is opened
+/// again for this, because other programs share the mode of the file that was opened first.
 static void never_wait_for_standard_error() {
   struct stat info {};
   if (::fstat(STDERR_FILENO, &info) != 0 || !(S_ISFIFO(info.st_mode) || S_ISCHR(info.st_mode))) return;
@@ -75,12 +75,12 @@ static void never_wait_for_standard_error() {
   ::close(own);
 }
 
-/// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file would get the stream's
-/// number. Text for the terminal would then be written into that file, or input would be read from it.
+/// Opens /dev/null for each closed standard stream. Otherwise the next opened file would get its number, and text for
+/// the terminal would be written into that file.
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;
-    // open() returns the lowest free number, which must be the number of this closed stream
+    // open() returns the lowest free number, which must be the number of this closed stream.
     if (::open("/dev/null", O_RDONLY) != stream) std::abort();
   }
 }
@@ -89,10 +89,10 @@ static void open_standard_streams() {
 /// status. Throws Error if the input is bad, and another exception if the run fails.
 static int run_program(int argc, char** argv) {
   using namespace typodont;
-  // If a file reaches its size limit, the system sends this signal, which would end a live session. If the signal is
-  // ignored, the write fails instead, as on a full disk.
+  // The system sends this signal if a file reaches its size limit; it would end a live session. If it is ignored, the
+  // write fails instead, as on a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader of the output that has ended does not end a live session
+  std::signal(SIGPIPE, SIG_IGN);  // a reader closing the output must not end a session
   end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(

@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-/// An address with a file's name alone: folders can name users and patients.
+/// The address with the file's name alone, because folders can contain names of users and patients.
 std::string without_folders(const std::string& address) {
   std::error_code code;
   for (const std::size_t start : {std::size_t{0}, address.find(':') + 1}) {
@@ -28,8 +28,8 @@ std::string without_folders(const std::string& address) {
   return address;
 }
 
-/// The file that a text of a scene names, and its name in a recording; empty if it names none, or one that refers to
-/// other files of the assets.
+/// The file that a text of the scene names, and its name in a recording. Empty if the text names no file, or an asset
+/// that refers to further files.
 std::optional<std::pair<std::filesystem::path, std::string>> named_file(const std::string& text,
                                                                         const ScenePlace& place) {
   namespace fs = std::filesystem;
@@ -50,12 +50,12 @@ std::optional<std::pair<std::filesystem::path, std::string>> named_file(const st
   return std::pair(file, in_assets.string());
 }
 
-/// Adds the files that the scene's text names, and replaces their paths by names. Returns true if the text changed.
+/// Adds all files that the scene's text names to the list, and replaces their paths by names. True if the text changed.
 /// Throws Error.
 bool list_files(nlohmann::ordered_json& json, const ScenePlace& place, std::vector<session::SourceFile>& files) {
   bool changed = false;
   if (json.is_structured()) {
-    // A row of teeth and a contact model read further files beside their own.
+    // Skipped, because a row of teeth or a contact model reads further files beside its own file.
     for (auto& [key, value] : json.items())
       if (!json.is_object() || (key != "row" && key != "model")) changed = list_files(value, place, files) || changed;
   }
@@ -202,8 +202,8 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;  // ns, time between two samples of the parameters of the sound
-// ns, if a fault ends and occurs again within this time, the second occurrence is not recorded
+constexpr Nanos kSoundEvery = 10'000'000;  // ns, interval between samples of the sound's parameters
+// If a fault ends and occurs again within this time, the second occurrence is not recorded, ns.
 constexpr Nanos kFaultAgain = kNanosPerSecond;
 
 std::vector<bool> rotating_tools(const Scene& scene) {
@@ -381,7 +381,7 @@ void SessionRecorder::store(const WaterSwitch& water) {
   if (water_) writer_.append(*water_, water.t, std::array{water.spray ? 1.0 : 0.0, water.suction ? 1.0 : 0.0});
 }
 
-// Pictures before the first tick do not belong to the session.
+// Pictures before the first tick are not stored.
 void SessionRecorder::store(const PictureTiming& timing) {
   if (picture_ && timing.t >= 0) writer_.append(*picture_, timing.t, picture_stream_row(timing));
 }
@@ -392,7 +392,7 @@ void SessionRecorder::store(const display::HmdTiming& timing) {
 
 void SessionRecorder::turn() {
   const auto store_event = [this](const auto& event) { store(event); };
-  // The servo's tape first: the edit that a new patch shows is already on the carver's tape.
+  // Reads the servo's tape first: the edit that a new patch shows is already on the carver's tape.
   for (ServoEvent event; servo_.next(event);) std::visit(store_event, event);
   for (CarverEvent event; carver_.next(event);) std::visit(store_event, event);
   for (ViewEvent event; view_.next(event);) std::visit(store_event, event);

@@ -1,4 +1,4 @@
-// Writes a session to a file (.h5): its header, what is on its tapes, and its result.
+// Writes a session to a file (.h5): its header, the events on its tapes, and its result.
 #pragma once
 
 #include <array>
@@ -26,46 +26,44 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// Describes the stream with pose and pedal of the second hand. Its times are those of the session's clock.
+/// Stream with pose and pedal of the second hand. Its times are those of the session's clock.
 session::StreamSpec left_hand_stream();
 
-/// Describes the stream with the position of the eyes in front of a screen, and with the view. It has one row per
-/// change.
+/// Stream with the eyes' positions in front of a screen, and the view. One row per change.
 session::StreamSpec head_stream();
-/// Describes the stream with the state (0 or 1) of the handpiece's water and of the suction. It has one row per change.
+/// Stream with the state (0 or 1) of the handpiece's water and of the suction. One row per change.
 session::StreamSpec water_stream();
-/// Returns the name of a view: "look" (normal), "section", "xray" or "difference".
+/// A view's name: "look" (normal), "section", "xray" or "difference".
 std::string_view view_name(render::View view) noexcept;
-/// Describes the stream with the frames on a screen. It has one row per frame.
+/// Stream of frames on a screen. One row each.
 session::StreamSpec picture_stream();
 std::vector<double> picture_stream_row(const PictureTiming& timing);
-/// Describes the stream with the frames in a headset. It has one row per frame.
+/// Stream of frames in a headset. One row each.
 session::StreamSpec xr_stream();
 std::vector<double> xr_stream_row(const display::HmdTiming& timing);
-/// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
+/// Stream with the input of the sound synthesizer. A hundred rows per second.
 session::StreamSpec sound_stream();
 
 /// Makes the result of a session: volume of each tissue at the end, distance to the pulp, hash of the distance field.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
-/// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an
-/// empty optional. Throws Error if the text of the event is damaged.
+/// Converts an undo or redo to an event of the recording, and back. For other kinds of events, edit_of() returns an
+/// empty optional. Throws Error if the event's text is damaged.
 session::SessionEvent event_of(const StrokeEdit& edit);
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 
-/// Returns all undos and redos of a recording, in order.
+/// All undos and redos of a recording, in order.
 std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
 
-/// Converts a loose piece of tissue to an event of the recording, and back, for pictures and reports; a replay computes
-/// the piece again. For an event of another kind, piece_of() returns an empty optional. Throws Error if the text of the
-/// event is damaged.
+/// Converts a loose piece of tissue to an event, and back, for pictures and reports; a replay computes the piece again.
+/// For other kinds of events, piece_of() returns an empty optional. Throws Error if the event's text is damaged.
 session::SessionEvent event_of(const LoosePiece& piece);
 std::optional<LoosePiece> piece_of(const session::SessionEvent& event);
 
-/// A reader of all tapes. Only one thread at a time may use it.
+/// Reads all tapes of a session and writes its file. Only one thread at a time may use it.
 class SessionRecorder {
  public:
-  /// Of the second hand and the view, it stores what `header.streams` names. `sound_latency`: returns the time from a
+  /// Records the second hand and the view only if `header.streams` names them. `sound_latency`: returns the time from a
   /// tick to its sound, s; empty: unknown. Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const session::SessionHeader& header,
                   const Tapes& tapes, const session::WriterOptions& options = {},
@@ -80,7 +78,7 @@ class SessionRecorder {
   /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file is not complete.
   std::uint64_t finish(const haptics::TissueVolume& tissue);
 
-  /// For notes, and for results with more data. turn() must have written all events before finish().
+  /// The writer, for notes, and for results with more data. turn() must have written all events before finish().
   session::SessionWriter& writer() { return writer_; }
 
  private:

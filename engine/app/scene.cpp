@@ -41,8 +41,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Registers the function that loads the packing (tissue as spheres) of a scene's model {"packing": {"file": "P.h5"}}.
-/// The program does this, because the module haptics does not link HDF5.
+/// Registers the function that loads the sphere packing of a scene's model {"packing": {"file": "P.h5"}}, because the
+/// module haptics does not link HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
@@ -50,8 +50,8 @@ constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", 
 constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s, one litre per minute
 constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
 constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimetre
-// Limits of force and torque that a scene may state must lie in these ranges. The largest values suffice for reaming an
-// acetabulum (hip socket): it needs 200 N, and a 60 mm reamer then needs 6 N·m at its rim.
+// Ranges of the force and torque limits that a scene may state. The largest values suffice for reaming an acetabulum
+// (hip socket), which needs 200 N; a 60 mm reamer then needs 6 N·m at its rim.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m, smallest and largest torque limit
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
@@ -108,7 +108,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// Reads the key "looks_like" of a scene's materials. The key states that pictures show a tissue like another tissue.
+/// Reads the key "looks_like" of a scene's materials: pictures show a tissue like another one.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {
@@ -299,7 +299,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      // a scene with "vibration": false has no vibration, even if the device can vibrate
+      // A scene with "vibration": false has no vibration, even if the device can vibrate.
       scene.vibration_band_set = true;
     }
   }
@@ -383,7 +383,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   return scene;
 }
 
-/// Loads a shared object that holds a ContactMethodRegistration. Returns the model's name. Main thread.
+/// Loads a shared object that contains a ContactMethodRegistration. Returns the model's name. Main thread.
 static std::string load_model(const std::string& file) {
   static std::map<std::string, std::string> loaded;
   std::string& name = loaded[file];
@@ -397,7 +397,7 @@ static std::string load_model(const std::string& file) {
 
 void choose_model(Scene& scene, const std::string& wanted) {
   const std::string name = wanted.find('/') == std::string::npos ? wanted : load_model(wanted);
-  // The scene already has this contact model, so the scene's parameters of the model are kept.
+  // The scene already has this contact model: keep its parameters.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

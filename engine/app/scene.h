@@ -1,5 +1,4 @@
-// A scene, read from its file and checked. It contains the tissue, the tools, and the list of the program parts that
-// the scene needs.
+// A scene, read from its file and checked: the tissue, the tools, and the parts of the program that the scene needs.
 #pragma once
 
 #include <filesystem>
@@ -29,37 +28,36 @@ struct Scene {
   ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
   std::string text;  // text of the scene file
   std::string name;
-  /// the parts of the program that the scene uses: haptics, render, sound, debris, record, score
+  /// Parts of the program that the scene uses: haptics, render, sound, debris, record, score.
   std::set<std::string> parts;
-  haptics::ServoSettings servo;      // settings of the servo, except the voxel frame, which depends on the tissue
-  DrawnAs drawn_as;                  // tissues that are drawn like another tissue, for example a hidden lesion
+  haptics::ServoSettings servo;      // servo settings, except the voxel frame, which depends on tissue
+  DrawnAs drawn_as;                  // tissues drawn like another tissue, e.g. a hidden lesion
   std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
   std::optional<Json> tissue;        // JSON of the initial tissue: a volume, or solids
   std::vector<Json> paint;           // JSON of tissue that is added to the initial tissue, for example a lesion
-  std::filesystem::path paint_file;  // file with brush strokes that a user painted; empty if there is none
-  std::vector<Json> prepare;         // JSON of solids that are removed from the tissue before the session begins
-  std::string resume;  // volume or session that is continued; empty: the session starts with untouched tissue
+  std::filesystem::path paint_file;  // file with brush strokes that a user painted; empty: none
+  std::vector<Json> prepare;         // JSON of solids removed from the tissue before the session
+  std::string resume;                // volume or session to continue; empty: starts with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
-  std::optional<session::ImplantTask> implant;  // task of an implant exercise; empty if the scene is no such exercise
-  /// true: the scene sets the frequency band of the vibration; false: the hand's device sets it
+  std::optional<session::ImplantTask> implant;  // task of an implant exercise; empty: no such exercise
+  /// True: the scene sets the frequency band of the vibration. False: the hand's device sets it.
   bool vibration_band_set = false;
-  /// neighbouring teeth, gum and mouth around the tooth; empty if there are none
+  /// Neighbouring teeth, gum and mouth around the tooth; empty: none.
   std::optional<SurroundingsPlan> surroundings;
-  /// mouth mirror in the second hand at the start; its diameter is 0 if there is none
+  /// Mouth mirror in the second hand at the start; its diameter is 0 if there is none.
   MouthMirror mouth_mirror;
   HandpieceView handpieces;  // how the picture shows handpieces
-  /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
+  /// Suction nozzle with a fixed pose; empty: default, beside the tooth.
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
   std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film of water
   bool spray_on = false;         // true: the spray is on at the start
-  /// true: the program may reduce the order of the (autoregressive) sound models as long as no part of the sound is
-  /// lost
+  /// True: the order of the autoregressive sound models may be reduced as long as no part of the sound is lost.
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the display rig for the scene; empty: one of the usual display rigs, which show a tooth
+  std::string rig;  // name of the scene's display rig; empty: one of the usual rigs, which show a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -69,52 +67,51 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& scene);
 /// Reads a scene from JSON. Relative paths in it start at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
-/// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
+/// Reads a scene from JSON. Files that it names are searched in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// Returns the rig file that is used if the user names no rig. `usual`: name of a rig that shows a tooth: "closeup",
-/// "film" or "window". If the scene names the rig "hip", the rig "hip", "hip_film" or "hip_window" is used instead.
-/// Throws Error.
+/// The rig file that is used if the user names no rig. `usual`: name of a rig that shows a tooth: "closeup", "film" or
+/// "window". A scene with the rig "hip" gets "hip", "hip_film" or "hip_window" instead. Throws Error.
 std::filesystem::path usual_rig(const Scene& scene, const std::string& usual);
 
-/// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
+/// The path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
 /// Reads a mouth mirror with the keys {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog",
 /// "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// Returns true if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the
-/// mirror, and the result is false.
+/// True if the second hand holds the suction tip. If the scene has a mouth mirror, the hand holds the mirror, and the
+/// result is false.
 inline bool hand_holds_suction(const Scene& scene) {
   return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
 }
 
-/// Loads or samples the initial tissue of the scene, and adds the painted tissue. The key `resume` is ignored;
-/// load_tissue() in recording/resume.h continues an unfinished preparation. Throws Error.
+/// Loads or samples the initial tissue of the scene, and adds the painted tissue. Ignores the key `resume`; see
+/// load_tissue() in recording/resume.h. Throws Error.
 haptics::TissueVolume load_untouched(const Scene& scene);
 
-/// Returns the scene's servo settings with the values that depend on this tissue, on the servo rate (Hz) and on the
-/// hand's device (haptics::DeviceInfo). The scene's own vibration band (Hz) has priority over the device's band.
+/// The scene's servo settings, completed for this tissue, servo rate (Hz) and device of the hand (haptics::DeviceInfo).
+/// The scene's own vibration band (Hz) has priority over the device's band.
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
-/// Sets the contact model that the user chose with the option --model; does nothing if `name` is empty. Also changes
-/// the scene's text, which the recording contains. Throws Error that lists the available models.
+/// Sets the contact model of the option --model; does nothing if `name` is empty. Also changes the scene's text, which
+/// the recording contains. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
-/// Returns the name of the scene's contact model.
+/// The name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
-/// Returns true if pictures show triangles of the contact model, not of the volume's surface.
+/// True if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// Returns the names of the scene's tools, in the order of the scene.
+/// Names of the scene's tools, in the scene's order.
 std::vector<std::string> tool_names(const Scene& scene);
 
 /// Loads a tool from assets/tools/ or a motor from assets/motors/ by its name. Throws Error that lists the available
 /// names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
-/// Reads the keys of a material over `material`. Throws Error.
+/// Overwrites members of `material` with the keys in the JSON object. Throws Error.
 void read_material(const Json& json, Material& material);
 /// Loads the materials of assets/materials/hard_tissue.json.
 MaterialTable load_materials();

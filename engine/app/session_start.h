@@ -11,7 +11,7 @@
 namespace typodont {
 
 /// Opens a hand whose motion is equal in every run: HAND.csv or HAND.json (also after "script:"), or replay:SESSION.h5.
-/// The hand does not wait for the real time of its samples. Throws Error.
+/// It does not wait for the real time of its samples. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_unpaced_hand(const Scene& scene, const std::string& address, double rate);
 
 /// Loads the scene's tissue. Throws Error.

@@ -34,7 +34,7 @@ void GumWriter::tick() noexcept {
 
 bool CarverSide::keep_up() {
   // All cuts up to this time are applied, so the carver can end a stroke after a pause. A tick without a valid pose is
-  // not used.
+  // ignored.
   if (!(tick_.faults & haptics::kNoPose)) carver_.rest(tick_.t);
   const bool awaited = patches_.keep_up(carver_, tick_.patch);
   write_pieces();

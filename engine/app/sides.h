@@ -1,5 +1,5 @@
-// The servo's and the carver's side of a session: what each of the two threads does between its input and its tape.
-// Live sessions, sessions on one thread and programs that use the library have the same two sides.
+// The servo's and the carver's side of a session: what each does between its input and its tape. Live sessions,
+// sessions on one thread and programs that use the library share this code.
 #pragma once
 
 #include <algorithm>
@@ -13,20 +13,20 @@
 
 namespace typodont {
 
-/// Writes the changes of the soft gum at regular intervals. Never allocates.
+/// Writes the soft gum's changes at regular intervals. Never allocates.
 class GumWriter {
  public:
-  /// `gum`: null if the gum is rigid. `rate`: ticks per second.
+  /// `gum`: null if rigid. `rate`: ticks per second.
   GumWriter(haptics::SoftTissue* gum, Tape<ServoEvent>& tape, double rate)
       : gum_(gum), tape_(tape), interval_(std::max<std::uint64_t>(1, std::llround(kInterval * rate))) {}
-  /// Before the tick is written.
+  /// Call before the tick is written.
   void tick() noexcept;
 
  private:
   haptics::SoftTissue* gum_;
   Tape<ServoEvent>& tape_;
   static constexpr double kInterval = 0.016;  // s, time between two updates of the drawn soft gum
-  const std::uint64_t interval_;              // the same, in ticks
+  const std::uint64_t interval_;              // ticks between two updates of the drawn soft gum
   std::uint64_t ticks_ = 0;
   std::size_t wounds_ = 0;  // number of the gum's wounds on the tape
 };
@@ -36,11 +36,11 @@ class ServoSide {
  public:
   ServoSide(haptics::Servo& servo, Tape<ServoEvent>& tape, double rate)
       : servo_(servo), tape_(tape), gum_(servo.soft(), tape, rate) {}
-  /// Lets the servo adopt the patch (copy of the tissue) that it must adopt now. `t`: time of any steady clock, ns.
+  /// Lets the servo adopt a waiting tissue patch if it must do so now. `t`: time of any steady clock, ns.
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
   /// Writes the patch that the next tick uses.
   void write(const PatchUse& use) noexcept { tape_.write(use); }
-  /// Writes a tick and what belongs to it. `cut`: its cut, or null.
+  /// Writes a tick and its cut. `cut`: null: none was made.
   void write(const ServoTick& tick, const Cut* cut) noexcept;
 
  private:
@@ -60,8 +60,8 @@ class CarverSide {
   struct Read {
     bool tick = false, cut = false;
   };
-  /// Repeats the servo's new cuts, up to an edit that the servo must adopt first, or `to_end`. `each(cut)` is called
-  /// after each of them. Throws RunFailure if a cut was lost.
+  /// Repeats the servo's new cuts: up to an edit that the servo must adopt first, or with `to_end` all of them. Calls
+  /// `each(cut)` after each cut. Throws RunFailure if a cut was lost.
   template <class Each>
   Read follow(Each&& each, bool to_end = false) {
     Read found;
@@ -71,7 +71,7 @@ class CarverSide {
         carver_.apply(*cut);
         each(*cut);
         found.cut = true;
-        if (carver_.edited()) offer(/*due_only=*/false);  // a loose piece
+        if (carver_.edited()) offer(/*due_only=*/false);  // a cut separated a loose piece
       } else if (const auto* const tick = std::get_if<ServoTick>(&event)) {
         tick_ = *tick;
         found.tick = true;
@@ -79,18 +79,18 @@ class CarverSide {
     }
     return found;
   }
-  /// Adds the new cuts to the patch (copy of the tissue) that the servo has not yet adopted, and writes loose pieces.
-  /// Returns true while there is such a patch.
+  /// Adds the new cuts to the tissue patch that the servo has not yet adopted, and writes loose pieces. True if there
+  /// is such a patch.
   bool keep_up();
   /// Writes the loose pieces of the last cuts.
   void write_pieces();
-  /// Offers a patch around the tool to the servo. `due_only`: only if a new one is due. Returns true if it did.
+  /// Offers a patch around the tool to the servo. `due_only`: only if a new one is due. True if a patch was offered.
   bool offer(bool due_only);
-  /// Undoes or repeats a stroke, and offers the result at once. Returns false if there is none.
+  /// Undoes or repeats a stroke, and offers the resulting patch at once. False if there is no such stroke.
   bool edit(bool redo);
-  /// The servo has not yet adopted an edit or a loose piece.
+  /// True if the servo has not yet adopted an edit or a loose piece.
   bool edit_waits() const { return patches_.edit_waits(); }
-  /// The newest tick. All cuts up to it have been repeated.
+  /// Newest tick. All cuts up to it have been repeated.
   const ServoTick& tick() const { return tick_; }
 
  private:
@@ -103,8 +103,8 @@ class CarverSide {
   ServoTick tick_;
 };
 
-/// Undoes or repeats a stroke at the session time t, and writes it to the carver's tape. Returns false if there is
-/// none.
+/// Undoes or repeats a stroke at the session time t, and writes this to the carver's tape. False if there is no such
+/// stroke.
 bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, Tape<CarverEvent>* tape);
 
 }  // namespace typodont

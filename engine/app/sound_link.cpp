@@ -22,8 +22,8 @@ constexpr double kHold = 0.25;         // s, the sound of a live session stops i
 }  // namespace
 
 SoundVoice voice_of(const Scene& scene) {
-  // rad/s, limit between two sounds: a handpiece that is faster sounds like an air turbine, a slower one like an
-  // electric handpiece
+  // Speed limit between two sounds, rad/s: a faster handpiece sounds like an air turbine, a slower one like an electric
+  // handpiece.
   constexpr double kTurbine = 150 * kKrpm;
   const double free_speed = scene.servo.spindle.free_speed;
   const bool own =
@@ -93,7 +93,7 @@ void SoundLink::stop(Nanos t) {
 
 void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
-  Nanos heard = -1;  // ns, time of the latest tick that this block hears first
+  Nanos heard = -1;  // ns, time of the latest tick first heard in this block
   for (ServoEvent event; link->servo_.next(event);) {
     auto* const next = std::get_if<ServoTick>(&event);
     if (!next || next->t < link->begin_) continue;
@@ -108,8 +108,8 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->seen_tool_ = true;
     heard = tick.t;
   }
-  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t. If this
-  // sample was already played when the tick arrived, the tick is heard from the first sample of this block.
+  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t; if that
+  // sample was already played, from the first sample of this block.
   if (heard >= 0 && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(heard, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application thread
+// Converts ticks to sound: contains a scene's sound synthesizer and the output for its samples. Application thread
 // only, unless a comment names another thread.
 #pragma once
 
@@ -33,35 +33,36 @@ SoundVoice voice_of(const Scene& scene);
 
 class SoundLink {
  public:
-  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The ticks come from `tapes`. `live`:
-  /// true stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the
-  /// tool as the source; the pose of the listener's head comes from `tapes`. Until it is known, the source is straight
-  /// ahead. `begin`: session time that is zero in a sound file; earlier ticks are not heard. Throws Error or
-  /// RunFailure.
+  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". Throws Error or RunFailure.
+  ///   `tapes`: source of the ticks, and of the pose of the listener's head.
+  ///   `live`: the sound stops if no ticks arrive.
+  ///   `binaural`: two channels for the listener's ears; the tool is the source. Until the head's pose is known, it is
+  /// straight ahead.
+  ///   `begin`: session time that is zero in a sound file; earlier ticks are not heard.
   SoundLink(const std::string& address, const SoundVoice& voice, const Tapes& tapes, bool live, bool binaural = false,
             Nanos begin = 0);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is on; the water flows only
-  /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next audio block. For any thread.
+  /// Sets the state of water and suction from the next audio block on. `spray`: the handpiece's water is on; it flows
+  /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Computes the sound up to the time t. Application thread only. After the session's clock has started, call it at
-  /// least ten times per second. `t`: present time on this clock; for a sound file, the time of the latest tick. The
-  /// sound starts at the first call. The effect of a tick with time t is heard in the sample with the same time. A
-  /// sound file contains the session from its beginning.
+  /// Computes the sound up to the time t; the first call starts it. After the session's clock has started, call it at
+  /// least ten times per second. `t`: current time on this clock; for a sound file, time of the latest tick.
+  /// A tick with time t is heard in the sample with the same time. A sound file contains the session from its
+  /// beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// Returns the last measured latency from a tick to its sound, s. It includes the latency that the sound device
-  /// states. NaN before the first sound, and for files. For any thread.
+  /// The last measured latency from a tick to its sound, s, including the latency that the device states. NaN before
+  /// the first sound, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
-  /// Returns the number of ticks that were lost because the sound device did not play for a long time. For any thread.
+  /// The number of ticks that were lost because the sound device did not play for a long time. For any thread.
   std::uint64_t unheard() const noexcept { return unheard_.load(std::memory_order_relaxed); }
-  /// Returns the text for the recording: file name and hash of the synthesizer's model, and sample rate.
+  /// The text for the recording: file name and hash of the synthesizer's model, and sample rate.
   std::string about() const;
 
  private:
@@ -70,9 +71,9 @@ class SoundLink {
   void make_synth(double sample_rate);
 
   const bool live_;
-  const Nanos begin_;  // ns
+  const Nanos begin_;  // ns, session time that is zero in a sound file
   bool begun_ = false;
-  /// ns, time of the machine's clock at which the session's time is zero; only for live sound
+  /// Time of the machine's clock at which the session's time is zero, ns; only for live sound.
   Nanos zero_ = 0;
   double device_latency_ = 0;  // s, latency that the sound device states
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
@@ -86,7 +87,7 @@ class SoundLink {
   Tape<ViewEvent>::Reader view_;    // used only by the audio thread
   std::atomic<std::uint64_t> unheard_{0};
   std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction as fractions 0..1, for audio::SoundState
-  // The next members are used only by the audio thread, and only for binaural sound.
+  // The audio thread alone uses the next members, and only for binaural sound.
   std::optional<audio::Binaural> ears_;
   std::array<float, 1024> mono_{};
   dvec3 tool_W_{0};  // m, position of the tool's head in the latest tick

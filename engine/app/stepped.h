@@ -1,5 +1,5 @@
-// A session without a clock and threads: hand, servo and carver in turns, as fast as possible. Equal input gives equal
-// output. It writes the same tapes as a live session.
+// A session without a clock and threads: hand, servo and carver take turns, as fast as possible. Equal input gives
+// equal output. Writes the same tapes as a live session.
 #pragma once
 
 #include <memory>
@@ -17,19 +17,19 @@ class SteppedSession {
  public:
   /// Prepares the servo for this hand. Throws Error.
   SteppedSession(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
-  /// For an ideal hand, with torque and without vibration. `rate`: Hz.
+  /// Prepares the servo for an ideal hand, with torque and without vibration. `rate`: Hz.
   SteppedSession(const Scene& scene, haptics::TissueVolume tissue, double rate);
   SteppedSession(const SteppedSession&) = delete;
   SteppedSession& operator=(const SteppedSession&) = delete;
 
-  /// The first call makes the tapes. Earlier events are not on them.
+  /// The session's tapes. The first call creates them; earlier events are not on them.
   Tapes& tapes();
 
   /// Runs a tick of the servo, then the carver.
   const ServoTick& tick(const haptics::HandSample& hand);
   /// Runs a tick with the hand's next sample. Returns false at the hand's end; the tissue then contains all cuts.
   bool advance(haptics::HapticDevice& hand);
-  /// Undoes or repeats a stroke. Returns false if there is none.
+  /// Undoes or repeats a stroke. False: no such stroke.
   bool edit(bool redo) { return edit_stroke(carver(), redo, tick_.t, tapes_ ? &tapes_->carver : nullptr); }
 
   /// The newest tick.
@@ -41,7 +41,7 @@ class SteppedSession {
   haptics::Servo& servo() { return steps_.servo(); }
   const haptics::ServoSettings& settings() const { return steps_.settings(); }
 
-  /// While `held`, the carver waits.
+  /// While `held` is true, the carver waits.
   void hold_carver(bool held) { held_ = held; }
   /// The carver waits for this time (s) once per second, first after half a second.
   void stall_carver(double seconds) { stall_ = seconds; }
@@ -52,12 +52,12 @@ class SteppedSession {
   void write_pieces();
 
   haptics::LockStep steps_;
-  const double rate_;             // Hz
+  const double rate_;             // Hz, rate of the servo
   std::unique_ptr<Tapes> tapes_;  // null if nobody reads them
   std::optional<ServoSide> side_;
   ServoTick tick_;
   Cut cut_;
-  double stall_ = 0;  // s
+  double stall_ = 0;  // s, time for which the carver waits once per second
   bool did_cut_ = false, held_ = false, omits_times_ = false;
 };
 

@@ -16,12 +16,12 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. Its position among cuts and patches (tissue copies) is recorded for an exact replay.
+/// An undo or redo of a stroke. Its position among cuts and tissue patches is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
-  std::uint64_t cuts = 0;     // number of cuts that were applied to the tissue before the edit
-  std::uint32_t patches = 0;  // number of patches (copies of the tissue) created before the edit
+  std::uint64_t cuts = 0;     // number of cuts in the tissue before the edit
+  std::uint32_t patches = 0;  // number of tissue patches created before the edit
 };
 
 /// Points of the soft gum that have moved.
@@ -30,7 +30,7 @@ struct GumMoves {
   std::array<haptics::SoftMove, 56> points{};
 };
 
-/// Positions of the eyes in front of a screen, and the selected view.
+/// Positions of the eyes before a screen, and the view.
 struct SeenFrom {
   Nanos t = 0;
   dvec3 eye_W{0}, right_W{1, 0, 0};
@@ -49,27 +49,27 @@ struct PictureTiming {
   Nanos t = 0;        // ns, time at which the frame began
   double period = 0;  // s, time since the previous frame
   double record = 0;  // s, time of preparation and submission on the CPU
-  double gpu = 0;     // s, time that the GPU measured for the latest finished frame
-  // s, estimated latency: from the hand's sample that the frame shows, to the middle of the screen's next refresh
+  double gpu = 0;     // s, GPU time of the latest finished frame
+  // Estimated latency from the hand's sample that the frame shows to the middle of the screen's next refresh, s.
   double motion_to_photon = 0;
   double redrawn = 1;  // fraction of the picture that was drawn again
   int step = 0;        // index of the quality level; 0 is the best
 };
 
-/// What the servo does. A patch use and a cut are written before the tick that contains their numbers.
+/// Events of the servo. A patch use and a cut are written before the tick that contains their numbers.
 using ServoEvent = std::variant<ServoTick, Cut, PatchUse, GumMoves, haptics::SoftWound>;
-/// What changes the tissue besides cuts, and its state afterwards. An edit is written before the patch that shows it.
+/// Changes of the tissue other than cuts, and the state afterwards. An edit is written before the patch that shows it.
 using CarverEvent = std::variant<StrokeEdit, LoosePiece, TissueState>;
-/// What the trainee sees. Written after each change and each frame.
+/// What the trainee sees; written after each change and frame.
 using ViewEvent = std::variant<SeenFrom, WaterSwitch, PictureTiming, display::HmdTiming>;
 
-/// The tapes of a session, one for each thread that writes.
+/// A session's tapes, one for each thread that writes.
 struct Tapes {
-  Tape<ServoEvent> servo{1 << 16};  // eight seconds at 4 kHz, if every tick cuts
+  Tape<ServoEvent> servo{1 << 16};  // holds eight seconds at 4 kHz, if every tick cuts
   Tape<CarverEvent> carver{1 << 12};
-  Tape<ViewEvent> view{1 << 12};            // the thread that draws the trainee's picture
-  Tape<haptics::HandSample> left{1 << 13};  // the second hand, which holds the mouth mirror or the suction tip
-  Tape<LoopReport> loop{8};                 // the servo thread, some times per second
+  Tape<ViewEvent> view{1 << 12};            // written by the thread that draws the trainee's picture
+  Tape<haptics::HandSample> left{1 << 13};  // samples of the second hand (mouth mirror or suction tip)
+  Tape<LoopReport> loop{8};                 // written by the servo thread, some times per second
 };
 
 }  // namespace typodont

@@ -80,7 +80,7 @@ WorkCounts process_counts() {
 double seconds_since_command() {
   std::ifstream in("/proc/self/stat");
   const std::string line((std::istreambuf_iterator<char>(in)), {});
-  // Skips the name of the process, because it may contain any character.
+  // Skips the process's name, because it may contain any character.
   std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
   constexpr int kStartTime = 20;  // index of the field "starttime"; the field after the process's name is 0
   std::string field;

@@ -51,14 +51,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// m, if the tool is farther from the hand than this, the program treats the tool as caught in the tissue
+// If the distance between tool and hand is larger than this, the tool counts as caught in the tissue, m.
 constexpr double kStuckDistance = 3e-3;
-// ns, only a tool that is caught in the tissue for longer than this is reported to the user
+// Only a tool that is caught for longer than this is reported to the user, ns.
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
-// Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
+// Keys in an implant exercise: take the phase's instrument, make the drill slower or faster, reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
-// change of the drill's speed per key press, as a fraction of the motor's full speed
+// Change of the drill's speed per key press, as a fraction of the motor's full speed.
 constexpr double kSpeedStep = 0.05;
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -68,7 +68,7 @@ void ask_to_stop(int) {
 
 }  // namespace
 
-/// The parts of a session, in the order of their set-up. All except `session` are used only by the render thread.
+/// The parts of a session, in the order of their set-up. Only the render thread uses them, except `session`.
 struct Workbench::Impl {
   const Scene scene;
   const WorkbenchOptions options;
@@ -82,16 +82,16 @@ struct Workbench::Impl {
   std::optional<SessionRecorder> recording;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  // pictures in the session's own window or in the operator's window; empty if neither window shows the session
+  // Pictures in the session's own window or in the operator's window; empty if neither shows the session.
   std::optional<LivePicture> picture;
-  std::optional<XrSession> headset;  // the headset; replaces the trainee's picture and draws on its own thread
+  std::optional<XrSession> headset;  // headset: replaces the picture and draws on its own thread
   WorkCounts before;                 // counts of the process when the session started
   dvec3 above{0, 0, 0};              // m, frame W, initial position of the tool
 
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  /// The application thread's places on the tapes.
+  /// Positions of the application thread on the tapes.
   struct Places {
     explicit Places(const Tapes& tapes) : servo(tapes.servo), carver(tapes.carver), loop(tapes.loop) {}
     Tape<ServoEvent>::Reader servo;
@@ -99,32 +99,32 @@ struct Workbench::Impl {
     Tape<LoopReport>::Reader loop;
   };
   std::optional<Places> places;
-  // the latest tick, state of the tissue and report about the servo's loop
+  // Latest tick, state of the tissue, report about the loop.
   ServoTick tick;
   TissueState tissue_state;
   LoopReport loop;
   SessionSettings settings;  // the settings that were last sent to the servo
-  // evaluates the motion of the hand for the score; empty if no operator's window shows the session
+  // Evaluates the motion of the hand for the score; empty if no operator's window shows the session.
   std::optional<session::HandMeter> meter;
-  // measures the damage for the score; empty if no operator's window shows the session
+  // Measures the damage for the score; empty if no operator's window shows the session.
   std::optional<DamageMeter> damage;
-  // temperature of pulp and bone; empty if the scene does not ask for it
+  // Temperature of pulp and bone; empty if the scene does not ask for it.
   std::optional<HeatMeter> heat;
-  // finds the present phase of an implant exercise; empty in other exercises
+  // Current phase of an implant exercise; empty in other exercises.
   std::optional<session::ImplantMeter> implant;
-  // m³, volume of each tissue at the start; used only if an operator's window shows the session
+  // Volume of each tissue at the start, m³; used only if an operator's window shows the session.
   PerTissue volumes_before{};
   // Result of an exploration task; valid after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // session time at which the tool was last near the hand
+  Nanos followed = 0;             // session time when the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool hand_gone = false;
-  // The session's threads wait here until all of them exist and the recording has its name.
+  // The session's threads wait at this gate until all of them exist and the recording has its name.
   struct Gate {
     enum State { kShut, kOpen, kClosed };
     void set(State to) {
@@ -138,7 +138,7 @@ struct Workbench::Impl {
     std::atomic<State> state{kShut};
   } gate;
   std::atomic<bool> thread_failed{false};
-  // declared last, so that the destructor joins the threads before it destroys the members that they use
+  // Declared last, so that the threads are joined before the members that they use are destroyed.
   std::jthread carver, servo, left, recorder, streamer;
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
@@ -150,7 +150,7 @@ struct Workbench::Impl {
   void set_up();
   void start_headset(const std::string& hand_address);
   void start();
-  /// Starts a thread of the session. If its work throws, the session ends.
+  /// Starts a session's thread. If its work throws, the session ends.
   template <class Work>
   void launch(std::jthread& thread, Work work) {
     thread = std::jthread([this, work] {
@@ -172,8 +172,8 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Returns the number of requests that this program has sent to the window system so far; 0 if the picture is shown
-  /// in another program's window.
+  /// Number of requests that this program has sent to the window system so far; 0 if another program's window shows the
+  /// picture.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -193,7 +193,7 @@ struct Workbench::Impl {
 };
 
 void Workbench::Impl::set_up() {
-  haptics::set_emergency_stop(false);  // of an earlier session
+  haptics::set_emergency_stop(false);  // ends an emergency stop of an earlier session
   // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = usual_rig(scene, "window");
@@ -212,7 +212,7 @@ void Workbench::Impl::set_up() {
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
   places.emplace(s.wiring.tapes);
-  // The name of the file is checked now, so that an invalid name is reported before the session.
+  // Checks the file name now, so that an invalid name is reported before the session.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
@@ -231,7 +231,7 @@ void Workbench::Impl::set_up() {
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
 
-  // Opens the hand (device, mouse or script). The mouse's tool starts above the tissue.
+  // Opens the hand (device, mouse or script). With the mouse, the tool starts above the tissue.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
@@ -259,7 +259,7 @@ void Workbench::Impl::set_up() {
                                    in_words(hands.left->info()))
                      : "left hand: none");
 
-  // Opens the sound output, if the scene and the options ask for sound.
+  // Opens the sound output, if scene and options ask for sound.
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -267,7 +267,7 @@ void Workbench::Impl::set_up() {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
       sound.emplace(address, voice_of(scene), s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
-      // Nobody draws, so nobody writes where the eyes are.
+      // Without a picture, nobody else writes the eyes' position.
       if (rig && !s.draw) s.wiring.tapes.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
     }
@@ -344,14 +344,13 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The carver thread (which updates the tissue) offers the first patch (copy of the tissue around the tool) before the
-  // servo's first tick.
+  // The carver thread offers the first tissue patch before the servo's first tick.
   LiveSession& s = *session;
   tick = tool_at_start();
   s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
-  // after a failed check in the code, this handler sets the force to zero
+  // After a failed check in the code, this handler sets the force to zero.
   set_check_handler(haptics::release_all_devices);
   on_interrupt.emplace(ask_to_stop);
   before = process_counts();
@@ -381,7 +380,7 @@ void Workbench::Impl::start() {
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
 }
 
-/// Reads what servo and carver did since the last call.
+/// Reads servo and carver events since the last call.
 void Workbench::Impl::follow_tapes() {
   for (ServoEvent event; places->servo.next(event);) {
     if (picture) picture->apply(event);
@@ -401,15 +400,14 @@ void Workbench::Impl::follow_tapes() {
   places->loop.newest(loop);
 }
 
-/// Continues the sound up to the present time of the session's clock. The clock begins with the first tick.
+/// Continues the sound up to the current time of the session's clock, which begins with the first tick.
 void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   sound->advance(sound->live() ? now() - zero : tick.t);
 }
 
-/// Runs one pass of the drawing loop: draws a frame or waits for a short time. Returns false at the end of the
-/// session.
+/// Runs one pass of the drawing loop: draws a frame or waits for a short time. Returns false at the session's end.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
@@ -445,8 +443,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // If the score is computed (in the operator's window; `meter` exists), `implant` gets every tick. Without a score,
-    // the newest tick is sufficient.
+    // If the score is computed (in the operator's window; `meter` exists), score() passes every tick to `implant`.
+    // Otherwise the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     if (heat && !meter) heat->add({&tick, 1}, picture->world().water().spray);
     edit_tissue(over);
@@ -464,7 +462,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   }
 }
 
-/// Reports a device that was unplugged, and a device that is connected again, once each.
+/// Reports once that a device was unplugged, and once that it is connected again.
 void Workbench::Impl::report_hand() {
   const bool gone = (tick.faults & bits(Fault::kDeviceLost)) != 0;
   if (gone == hand_gone) return;
@@ -476,12 +474,12 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// Returns the distance (m) between tool and hand if the tool has not followed the hand for kStuckTime; otherwise 0.
+/// Distance between tool and hand, m, if the tool has not followed the hand for kStuckTime; otherwise 0.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
-/// Returns the text over the picture: the keys and states of the session, and the load of the device's motors.
+/// The text over the picture: the keys and states of the session, and the load of the device's motors.
 std::string Workbench::Impl::hint() const {
   const session::Language language = options.language;
   const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
@@ -503,8 +501,8 @@ std::string Workbench::Impl::hint() const {
       parts.push_back(words(record.complete ? "disk_low" : "gaps"));
     }
     if (implant && picture && !options.operated) {
-      // The line is too short for the texts of the present phase and of all keys. The phase is more important, so some
-      // keys are omitted.
+      // The line is too short for the current phase and all keys. The phase is more important, so some keys are left
+      // out.
       parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
     } else {
       if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
@@ -579,8 +577,7 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// Returns the text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm,
-/// …".
+/// Text about the current phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
 std::string Workbench::Impl::implant_line() const {
   const session::Language language = options.language;
   const session::ImplantTask& task = *scene.implant;
@@ -639,9 +636,9 @@ void Workbench::Impl::end() {
   const bool carved = s.carver_failure.empty();
   if (thread_failed && failure.empty()) failure = "a thread of the session failed";
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  // cuts that the servo made after the carver thread had ended
+  // Repeats cuts made after the carver thread had ended.
   if (carved) try_to([&] { s.side.follow([](const Cut&) {}, /*to_end=*/true); });
-  follow_tapes();  // to the last tick, so that the score equals the recording's score
+  follow_tapes();  // reads up to the last tick, so that the score equals that of the recording
   if (meter) explored = picture->views()->take_explored();
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
@@ -694,8 +691,8 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // The histogram states a quantile as the upper edge of a bin. This edge can exceed the largest measured value, so the
-  // result is limited to this value.
+  // The histogram states the upper edge of a bin as the quantile. It may exceed the largest measured value, so it is
+  // limited to this value.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -847,8 +844,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // If the session continues an unfinished preparation, the volumes of the tissues come from the latest evaluation of
-  // the tissue. Otherwise they are the volumes at the start minus the removed volumes.
+  // If the session continues an unfinished preparation, the volumes come from the latest evaluation of the tissue;
+  // otherwise they are the volumes at the start minus the removed volumes.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue& removed = m.tissue_state.removed;

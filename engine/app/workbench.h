@@ -1,5 +1,5 @@
-// A live session. Each part runs on its own thread, and the channels of wiring.h connect the threads. The scene selects
-// the parts. An unused part takes no time.
+// A live session. Each part runs on its own thread; the channels of wiring.h connect the threads. The scene selects the
+// parts. An unused part takes no time.
 #pragma once
 
 #include <filesystem>
@@ -25,17 +25,17 @@ namespace typodont {
 
 struct WorkbenchOptions {
   std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
-  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise a window's mouse
+  /// Address of the hand's device; empty: the rig file's hand, otherwise a window's mouse.
   std::string hand;
-  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
+  /// Address of the second hand's device; empty: the rig file's second hand, if it names one.
   std::string left_hand;
-  /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
+  /// Foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto".
   std::string pedal;
   double rate = 1000;            // Hz, servo rate for hands without a fixed rate
-  std::string audio;             // address of the sound output; empty: a sound card if there is one
+  std::string audio;             // address of the sound output; empty: a sound card, if any
   bool binaural = false;         // true: two channels of sound for the trainee's ears, with the tool as the source
   std::filesystem::path record;  // file of the recording; empty: no recording
-  /// addresses at which the session's state is published (stream/state_stream.h); empty: it is not published
+  /// Addresses at which the session's state is published (live/state_stream.h); empty: it is not published.
   std::vector<std::string> stream;
   double stream_rate = 100;  // Hz, number of published states per second
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
@@ -44,37 +44,37 @@ struct WorkbenchOptions {
   double magnify = 0;          // magnification of the picture; 0: the rig file's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
-  bool explain = false;        // true: prints which features are active, and why others are not active
-  std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
+  bool explain = false;        // true: prints why features are or are not active
+  std::filesystem::path save;  // file for the tissue; empty: not saved
   bool save_at_end = true;     // true: the tissue is saved at the end and on request; false: only on request
   std::string trainee;         // the trainee's name, which the recording contains
-  int monitor = -1;            // number of the monitor for full screen; −1: no full screen
+  int monitor = -1;            // monitor number for full screen; −1: no full screen
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
-  // Option for experiments (engine/app/experiment/). true: status() contains the newest tick even if nothing is drawn;
-  // the picture shows the text of say() instead of the help about keys; no picture shows the force to the subject.
+  // For experiments (engine/app/experiment/). True: status() contains the newest tick even if nothing is drawn; the
+  // picture shows the text of say() instead of the keys; no picture shows the force.
   bool steered = false;
-  double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session cannot delay forces
+  double most_delay = 0;  // s, maximum of SessionSettings::force_delay; 0: the session cannot delay forces
 
   // The next options are for the operator's window (engine/app/operator/).
   bool operated = false;  // true: score and timing are computed during the session
-  /// true: the operator's window shows the picture; false: the picture has its own window
+  /// True: the operator's window shows the picture. False: the picture has its own window.
   bool embedded = false;
-  gpu::Device* device = nullptr;  // the GPU device of the operator's window; null: the session creates its own
+  gpu::Device* device = nullptr;  // the operator's window's GPU device; null: creates its own
 };
 
-/// Real-time rights that the system granted to the servo loop (see LoopReport).
+/// Real-time rights granted to the servo loop (see LoopReport).
 struct LoopGranted {
   bool fifo = false, pinned = false, memory_locked = false;
 };
 
 /// Progress of an implant exercise, for display.
 struct ImplantStatus {
-  std::size_t phase = 0;  // index of the present phase; after the last phase, the number of phases
+  std::size_t phase = 0;  // current phase's index; after the last: number of phases
   session::ImplantNote note = session::ImplantNote::kNone;
-  double depth = 0;         // m, depth of the tool's tip below the planned entry point
+  double depth = 0;         // m, depth of the tool's tip below the planned entry
   double phase_depth = 0;   // m, depth that this phase requires
-  double speed = 0;         // rad/s, speed of the present tool at full pedal
+  double speed = 0;         // rad/s, speed of the current tool at full pedal
   double temperature = 37;  // °C, estimated temperature of the bone
 };
 
@@ -82,10 +82,10 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick of the servo
   std::uint32_t faults = 0;  // fault bits that were set in the last second
-  // m, distance between hand and tool if the tool has not followed the hand for one second; otherwise 0.
+  // Distance between hand and tool if the tool has not followed the hand for one second, m; otherwise 0.
   double caught = 0;
   LoopTiming timing;
-  /// frame_ms: ms, smoothed drawing time of a frame; frames_per_second: smoothed frame rate
+  /// Smoothed drawing time of a frame, ms; smoothed frame rate.
   double frame_ms = 0, frames_per_second = 0;
   std::string_view quality;
   std::uint64_t frames = 0;
@@ -93,12 +93,12 @@ struct WorkbenchStatus {
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames that were drawn from the free viewpoint
-  double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
-  /// N, force limit at the present heat of the motors; 0: the device does not report it
+  double motor_heat = 0;                   // motor heat of the device, relative to its limit
+  /// Force limit at the current heat of the motors, N; 0: the device does not report it.
   double bearable_force = 0;
   bool armed = true;    // true: the device may push the hand, because the hand has been free of contact
   LoopGranted granted;  // real-time rights that the system granted to the servo loop
-  /// names of the real-time rights that the system refused; empty: all were granted
+  /// Names of refused real-time rights; empty: all were granted.
   std::string_view real_time;
   std::optional<ImplantStatus> implant;  // progress of an implant exercise; empty in other exercises
 };
@@ -107,16 +107,16 @@ struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
   std::uint32_t faults = 0;  // fault bits that were set during the session
-  // s, time from the command to the first tick, and to the first frame; 0: there was none
+  // Time from the command to the first tick, and to the first frame, s; 0: there was none.
   double first_tick_s = 0, first_frame_s = 0;
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
-  /// µs, deviation of the time between two wake-ups of the servo from its period: 99.9 % quantile, and largest
+  /// Deviation of the time between two wake-ups of the servo from its period, µs: 99.9 % quantile, and largest.
   double jitter_us_p999 = 0, worst_jitter_us = 0;
   LoopReport loop;  // complete report about the servo loop
   PerTissue removed{};
-  std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
-  /// mass balance of chips and water; empty without debris or picture
+  std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty: none
+  /// Chips' and water's mass balance; empty without debris or picture.
   std::optional<DebrisBalance> debris;
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -125,8 +125,8 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// A live session. One thread of the caller constructs, starts, steps and stops it; this thread also draws. However the
-/// session ends, also by the destructor, the force is set to zero.
+/// A live session. One thread of the caller constructs, starts, steps and stops it, and draws. However the session
+/// ends, even by the destructor, the force is set to zero.
 class Workbench {
  public:
   /// Sets up tissue, hand, sound, recording and picture. No thread runs yet. Throws Error.
@@ -136,9 +136,8 @@ class Workbench {
   Workbench& operator=(const Workbench&) = delete;
 
   void start();
-  /// Processes the input and draws a frame; without a picture, waits for a short time. Returns false at the end of the
-  /// session: the user closed the window, the hand's script has ended, the time is over, or the process was asked to
-  /// stop.
+  /// Processes input and draws a frame; without a picture, waits for a short time. Returns false at the session's end:
+  /// the window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
   bool step();
   /// Does the same as step() above for a picture in the operator's window. The caller passes the input over the picture
   /// and the picture's size in pixels.
@@ -146,53 +145,51 @@ class Workbench {
   /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Requests the tool with the index `place` in the tool set. The servo changes the tool as soon as the pedal is
-  /// released, the drill has stopped and the tool touches nothing.
+  /// Requests the tool with the index `place` in the tool set. The servo changes the tool when the pedal is released,
+  /// the drill stands still and the tool touches nothing.
   void choose_tool(int place);
-  /// Requests the instrument of the present phase of an implant exercise, and sets its speed and forward rotation.
+  /// Requests the instrument of the current phase of an implant exercise, and sets its speed and forward rotation.
   void choose_phase_tool();
   /// Paints tissue. Only for sessions without a recording, because a recording contains cuts but no painted tissue.
   void paint(const BrushMove& move);
-  /// Returns the brush strokes in order, without undone strokes. Call it after stop().
+  /// Brush strokes in order, without undone ones. Call after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// Returns the views of the running session; null if the session is not shown to an operator.
+  /// The views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
-  /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
-  /// window, the second one replaces the trainee's picture. A size of 0 switches it off.
+  /// Shows a second picture from a free viewpoint, on the operator's GPU device. In one window, it replaces the
+  /// trainee's picture. A size of 0 switches it off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
-  /// Returns the picture from the free viewpoint; null if it is not drawn.
+  /// Picture from the free viewpoint; null: not drawn.
   const gpu::Image* own_picture() const;
-  /// Returns the final tissue. Call it once, after stop().
+  /// The final tissue. Call once, after stop().
   haptics::TissueVolume take_tissue();
-  /// Frees the picture in the operator's window. Call it before its GPU device is destroyed, or when the device is
-  /// lost. The session continues without a picture.
+  /// Frees the picture in the operator's window. Call before its GPU device is destroyed, or when the device is lost.
+  /// The session continues without a picture.
   void drop_picture();
   /// Creates the pictures again on a new GPU device.
   void make_picture(gpu::Device& device);
-  /// Returns the keys that were pressed in the last step(), with the codes of display::UserInput.
+  /// The keys that were pressed in the last step(), with the codes of display::UserInput.
   const std::vector<int>& pressed() const;
   /// Sets the line of text below the picture during an experiment. It replaces the help about the keys.
   void say(const std::string& line);
   /// Sets the force to zero from the next tick on and ends the session, regardless of contact. If the servo does not
-  /// answer within 50 ms, this function releases all devices. stop() must still be called; it completes the recording.
+  /// answer within 50 ms, releases all devices. stop() must still be called to complete the recording.
   void emergency_stop();
 
-  /// Returns true after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
+  /// Returns true after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
   /// Computes the score so far by the rules of the scene. Valid only if WorkbenchOptions::operated is true.
   session::Score score_so_far();
-  /// Returns the data about the hand for the final score of a session in the operator's window. Call it once, after
-  /// stop().
+  /// The data of the hand for the final score of a session in the operator's window. Call once, after stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// Returns the PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing
-  /// is drawn.
+  /// The PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
   PictureStage* stage();
 
   /// Switches the emergency stop on or off. While it is on, drill and force are off (haptics/device_safety.h).
@@ -200,7 +197,7 @@ class Workbench {
   /// Requests undo, redo or saving of the tissue. The carver thread executes the request in the next pass of its loop.
   /// Render thread only.
   void ask(TissueCommand command);
-  /// Returns how many strokes can be undone, and how many can be redone.
+  /// How many strokes can be undone, and how many redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
   /// Sends zero force, joins all threads and completes the recording. Throws RunFailure if the session failed.
@@ -211,9 +208,9 @@ class Workbench {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Runs a whole session. It ends when the user closes the window, the hand's script has ended, the time is over, or the
-/// process is asked to stop (SIGINT, SIGTERM, SIGHUP). At every end, the force is set to zero. Throws Error at set-up,
-/// and RunFailure if the session fails.
+/// Runs a whole session, until the window is closed, the hand's script has ended, the time is over, or the process is
+/// asked to stop (SIGINT, SIGTERM, SIGHUP). At every end, the force is set to zero. Throws Error at set-up, RunFailure
+/// if the session fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont

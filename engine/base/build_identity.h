@@ -4,8 +4,8 @@
 
 namespace typodont {
 
-/// Hash of the library's and program's sources, the compiler and its options; not of tests, shaders and data. Equal
-/// values compute equal results, so they can share a cache.
+/// Hash of all sources, compiler and options that can change a result; not of tests, shaders or data. Builds with equal
+/// hashes may share cached results.
 std::uint64_t build_identity() noexcept;
 
 }  // namespace typodont

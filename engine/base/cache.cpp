@@ -33,12 +33,12 @@ fs::path folder(const std::string& name) {
 
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
-  // regular files only: reading a device may never end
+  // Only regular files: reading a device may never end.
   if (!fs::is_regular_file(file, code)) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   Sha256 hash;
-  std::array<char, 1 << 16> piece;  // on the stack: most files of a driver's cache are small
+  std::array<char, 1 << 16> piece;  // on the stack: most files of driver caches are small
   while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
     hash.bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
   if (in.bad()) return std::nullopt;
@@ -64,7 +64,7 @@ bool add_file(Sha256& key, const fs::path& file) {
 
 namespace {
 
-/// KEY-CONTENT.suffix; CONTENT is the content's hash, which shows damage.
+/// Name of a cached file: "KEY-CONTENT.suffix". CONTENT is a hash of the file's bytes, which reveals damage.
 std::string name_of(std::uint64_t key, std::uint64_t content, const std::string& suffix) {
   return fmt::format("{:016x}-{:016x}{}", key, content, suffix);
 }
@@ -103,7 +103,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
     if (!name.starts_with(begins) || !name.ends_with(suffix)) continue;
     const auto content = hash_of(file);
     if (content && name == name_of(key, *content, suffix)) {
-      // Time of last use. keep() removes the least recently used.
+      // Records the last use: keep() removes the least recently used.
       fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }

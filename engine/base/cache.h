@@ -1,5 +1,5 @@
-// Results in the user's cache folder for later runs. Files may be damaged or deleted at any time, so one is used only
-// if its hash fits. Nothing throws; what cannot be stored is computed again.
+// Stores results in the user's cache folder for later runs. A file is used only if its hash is correct, because it may
+// be damaged. Nothing throws: without a cached file, the result is computed again.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,25 @@
 
 namespace typodont::cache {
 
-/// $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache; empty without these variables.
+/// The cache folder: $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty without these variables.
 std::filesystem::path folder();
-/// `name` in the cache folder; empty without one.
+/// The subfolder `name` of the cache folder. Empty if there is no cache folder.
 std::filesystem::path folder(const std::string& name);
 
-/// Sha256::key() of the content; empty if unreadable.
+/// Sha256::key() of the file's content. Empty: the file can't be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
-/// Other sources (build_identity.h) may compute another result.
+/// Adds build_identity() to the key, because a different build may compute a different result.
 void add_build(Sha256& key);
 
-/// Path, size and time of change, much faster than a large file's hash. False: no such file.
+/// Adds path, size and time of change of the file; much faster than its content. False: no such file.
 bool add_file(Sha256& key, const std::filesystem::path& file);
 
-/// The checked file of this key; empty without one, or if `in` is empty. Removes a damaged one.
+/// The undamaged file with this key. Empty: none, or if `in` is empty. Deletes a damaged file.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
-/// Stores what `write` writes, completely or not at all. Then removes the least recently used beyond `most` bytes, but
-/// keeps one. False: nothing stored, also if `in` is empty.
+/// Calls `write` and stores its file completely or not at all. While the folder has more than `most` bytes, deletes the
+/// least recently used files, but keeps one. False: nothing was stored, for example because `in` is empty.
 bool keep(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const std::filesystem::path&)>& write);
 

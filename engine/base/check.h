@@ -1,11 +1,12 @@
-// For conditions that only a programming error violates; for users' mistakes, see Error. A failure prints line and
-// condition, calls the servo's handler, which sends zero force, and ends the process.
+// Checks of conditions that only a programming error violates; for users' mistakes, see Error. A failure prints line
+// and condition, sends zero force through the servo's handler, and ends the process.
 #pragma once
 
 namespace typodont {
 
 using CheckHandler = void (*)() noexcept;
-/// Called before the process ends. Not thread-safe; before the servo starts.
+/// Sets the function that a failed check calls before the process ends. Not thread-safe: call it before the servo
+/// starts.
 void set_check_handler(CheckHandler handler) noexcept;
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line) noexcept;

@@ -1,4 +1,4 @@
-// The whole program's monotonic clock.
+// The monotonic clock of the whole program.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@ using Nanos = std::int64_t;  // a time in ns since an arbitrary start
 
 inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 
-/// ns of CLOCK_MONOTONIC. Any thread.
+/// Time of CLOCK_MONOTONIC, ns. Any thread.
 Nanos now() noexcept;
 
-/// ns of CPU time of the calling thread, which does not depend on the machine's load.
+/// CPU time of the calling thread, ns; it does not depend on the machine's load.
 Nanos thread_cpu_time() noexcept;
 
 constexpr double to_seconds(Nanos t) {

@@ -21,13 +21,13 @@ std::string_view trim(std::string_view s) {
   return s;
 }
 
-/// Without the quotation marks.
+/// The cell's text without quotation marks around it.
 std::string_view unquoted(std::string_view cell) {
   if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') return trim(cell.substr(1, cell.size() - 2));
   return cell;
 }
 
-/// At the separators outside quotation marks.
+/// Splits a line at separators outside quotation marks.
 std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   bool quoted = false;
@@ -41,7 +41,7 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   return cells;
 }
 
-/// Between the names of a header.
+/// The header's separator: tab, semicolon or comma.
 char separator_of(std::string_view header) {
   for (const char separator : {'\t', ';'})
     if (header.find(separator) != std::string_view::npos) return separator;
@@ -73,7 +73,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   while (in.next(line)) {
     const std::size_t number = in.number();
     const std::string place = fmt::format("line {}", number);
-    // the byte order mark of spreadsheets
+    // Removes the byte order mark that spreadsheet programs write.
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
     if (number == 1 && (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF")))
       throw Error(file.string(), place, "text in UTF-16", "text in UTF-8");
@@ -82,7 +82,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
     const bool is_header = table.columns.empty();  // the first line that is not empty
     if (trim(line).empty() || trim(line).front() == '#') continue;
     if (is_header) separator = separator_of(line);
-    // Spreadsheets also write empty rows.
+    // Skips empty rows, which spreadsheet programs also write.
     if (!is_header && line.find_first_not_of(std::string(" \t\r") + separator) == std::string::npos) continue;
     const auto cells = cells_of(line, separator);
 
@@ -120,7 +120,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
       double value = std::numeric_limits<double>::quiet_NaN();
       std::string digits(cells[i]);
       if (const auto mark = digits.find_first_of(separator == ',' ? "." : ".,"); mark != std::string::npos) {
-        // "1,234" means two numbers in two languages: one decimal mark per table.
+        // "1,234" is 1234 in English and 1.234 in German, so a table may use only one decimal mark.
         if (decimal_mark == 0) decimal_mark = digits[mark];
         if (digits[mark] == decimal_mark)
           digits[mark] = '.';

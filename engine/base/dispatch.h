@@ -1,9 +1,10 @@
-// Compiles a function for several processor types; the loader chooses at start, so one x86-64 build runs everywhere.
-// All compute the same bits, because multiplication and addition are never fused (-ffp-contract=off).
+// Compiles a function for several processor types; the loader chooses one at start, so one x86-64 build runs
+// everywhere. All versions compute the same bits, because multiplication and addition are never fused
+// (-ffp-contract=off).
 #pragma once
 
-/// TYPODONT_DISPATCH("avx2", "default") void kernel(…). Sanitizer builds have the default only: the loader chooses
-/// before the sanitizer is initialised.
+/// Use: TYPODONT_DISPATCH("avx2", "default") void kernel(…). Sanitizer builds have only the default version, because
+/// the loader chooses before the sanitizer is initialised.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define TYPODONT_DISPATCH(...) __attribute__((target_clones(__VA_ARGS__)))

@@ -6,10 +6,10 @@ namespace typodont {
 
 namespace {
 
-// bytes of one part of a message; longer ones, usually quoted input, are shortened
+// Bytes of one part of a message. Longer parts, usually quoted input, are shortened.
 constexpr std::size_t kLongest = 240;
 
-/// Shortened between two characters, without control characters, which a terminal would execute.
+/// Shortens the part between two characters, and replaces control characters, which a terminal would execute.
 std::string shown(std::string_view part) {
   std::string text(part);
   if (text.size() > kLongest) {

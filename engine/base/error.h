@@ -1,4 +1,4 @@
-// Errors at set-up. Real-time loops never throw.
+// Exceptions for errors at set-up. Real-time loops never throw.
 #pragma once
 
 #include <stdexcept>

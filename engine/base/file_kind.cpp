@@ -51,7 +51,7 @@ bool is_json(std::string_view head) {
   return text.starts_with("{") || text.starts_with("[");
 }
 
-/// No PDF, and no control characters of binary files.
+/// True for text: no PDF, and no control characters as in binary files.
 bool is_text(std::string_view head) {
   if (head.starts_with("%PDF-")) return false;
   return std::none_of(head.begin(), head.end(), [](char c) {
@@ -60,15 +60,16 @@ bool is_text(std::string_view head) {
   });
 }
 
-/// And neither JSON, nor a web page, nor a mesh.
+/// True for text that is neither JSON, nor a web page, nor a mesh.
 bool is_plain_text(std::string_view head) {
   return is_text(head) && !is_json(head) && !without_space(head).starts_with("<") && !head.starts_with("ply") &&
          !head.starts_with("solid");
 }
 
-/// SOP class UID Segmentation Storage: the only DICOM file that may be overwritten, unlike a scan's images.
+/// True for a DICOM segmentation, found by its SOP class UID. Other DICOM files, such as scans, may not be overwritten.
 bool is_dicom_segmentation(std::string_view head) {
-  constexpr std::size_t kMagic = 128, kMeta = 400;  // kMagic: offset of "DICM"; kMeta: bytes searched for the class UID
+  // kMagic: offset of the letters "DICM", bytes; kMeta: number of first bytes that are searched for the class UID
+  constexpr std::size_t kMagic = 128, kMeta = 400;
   return head.size() > kMagic + 4 && head.substr(kMagic, 4) == "DICM" &&
          head.substr(0, kMeta).find("1.2.840.10008.5.1.4.1.1.66.4"sv) != std::string_view::npos;
 }
@@ -108,7 +109,7 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
       return head.starts_with("solid") || size == 84 + std::uintmax_t{50} * triangles;
     }
     case FileKind::kObj:
-      // OBJ, or glTF: binary, or JSON that begins with "asset", as this program writes it
+      // An OBJ file, a binary glTF file, or a JSON glTF file that begins with "asset", as this program writes it.
       return is_plain_text(head) || head.starts_with("glTF") ||
              (is_json(head) && without_space(without_space(head).substr(1)).starts_with("\"asset\""));
     case FileKind::kDocument:

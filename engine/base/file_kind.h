@@ -1,4 +1,4 @@
-// Kinds of file, recognised by extension and first bytes.
+// Kinds of files, recognised by file extension and first bytes.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace typodont {
 
 enum class FileKind {
   kText,   // plain text of no known format
-  kCache,  // of this program's cache; may replace any kind
+  kCache,  // file of this program's cache; may replace any file
   kSession,
   kVolume,
   kPicture,
@@ -27,19 +27,20 @@ enum class FileKind {
   kStl,
   kObj,
   kDocument,  // a PDF document
-  kLabels     // a tissue number per voxel
+  kLabels     // segmentation: a tissue number for each voxel
 };
 
-/// For messages, for example "a session (.h5)".
+/// The kind's name for messages, e.g. "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
-/// In lower case with the dot. kText has none.
+/// File extensions of the kind, in lower case with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// By the extension in any case; kText if none of `kinds` has it.
+/// The first of `kinds` that has the file's extension, in upper or lower case; kText if none has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
-/// Among all kinds.
+/// The kind that has the file's extension; kText: none has it.
 FileKind kind_of_name(const std::filesystem::path& file);
 
-/// Over an empty file or one of the same kind. `head`: its first bytes, up to 4 KiB; `size`: bytes.
+/// True if a file of this kind may replace an existing one: an empty file, or one of the same kind. `head`: the
+/// existing file's first bytes, up to 4 KiB; `size`: its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

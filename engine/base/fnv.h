@@ -1,4 +1,4 @@
-// Shows whether files, forces or fields have the same bits. No protection against deliberate change.
+// A hash that shows whether files, forces or fields have the same bits. It does not protect against deliberate changes.
 #pragma once
 
 #include <cstddef>

@@ -25,7 +25,7 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  // A smaller limit stays.
+  // Lowers a limit of this process; a limit that is already lower remains.
   const auto lower = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);
@@ -35,12 +35,12 @@ void limit_process(const ProcessLimits& limits) {
   lower(RLIMIT_CORE, 0);
   lower(RLIMIT_CPU, limits.seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  // A sanitizer reserves more address space than any limit.
+  // No limit of the address space: a sanitizer reserves more than any limit.
 #else
   lower(RLIMIT_AS, limits.memory);
 #endif
   lower(RLIMIT_FSIZE, limits.longest_file);
-  alarm(static_cast<unsigned>(limits.seconds));  // also while it sleeps
+  alarm(static_cast<unsigned>(limits.seconds));  // ends the process after this time, even if it sleeps
 }
 
 void give_up_privileges() {
@@ -48,11 +48,11 @@ void give_up_privileges() {
 #ifdef __x86_64__
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto architecture = static_cast<std::uint32_t>(offsetof(seccomp_data, arch));
-  // offset of the first argument: flags of clone()
+  // Offset of the first argument of a system call: for clone(), the flags.
   constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));
-  // offset of the third argument: flags of openat()
+  // Offset of the third argument of a system call: for openat(), the flags.
   constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));
-  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // fails with EPERM (1)
+  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // the system call fails with EPERM (1)
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, architecture),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0),
@@ -98,8 +98,8 @@ void give_up_privileges() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, kRefused));
   }
-  // OpenVDB needs threads; processes are forbidden. clone3() keeps its flags in memory, which the filter cannot read;
-  // refused, the C library calls clone().
+  // OpenVDB needs threads, but new processes are forbidden. clone3() has its flags in memory, which the filter cannot
+  // read. If clone3() is refused, the C library calls clone().
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone, 0, 4));
@@ -134,7 +134,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // Default signal handlers, and no environment, which may contain passwords.
+  // The child gets default signal handlers and no environment, because the environment may contain passwords.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t all, none;
@@ -142,7 +142,8 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // /dev/null: messages of the C library about a damaged heap help nobody. Standard output goes to `output` if given.
+  // Errors go to /dev/null: the C library's messages about a damaged heap help nobody. Standard output goes to `output`
+  // if it is given.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {
@@ -160,7 +161,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  constexpr int kNotLoaded = 127;  // of the dynamic loader and of a shell
+  constexpr int kNotLoaded = 127;  // exit status of the dynamic loader and of a shell if the program cannot be loaded
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded)
     throw Error(words[0], "", "a program that does not start", "its libraries, and permission to run it");
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;

@@ -1,5 +1,5 @@
-// Child processes that read untrusted files with libraries not built for them. The child first limits its memory, time
-// and rights; the program checks all that it writes.
+// Child processes that read untrusted files with libraries that are not safe for such files. The child first limits its
+// memory, time and rights; the parent checks everything that it writes.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 namespace typodont {
 
-/// That a child sets for itself.
+/// Limits that a child process sets for itself.
 struct ProcessLimits {
   std::uint64_t seconds = 60;                // s, largest processor time and largest elapsed time
   std::uint64_t memory = 1024ull << 20;      // bytes of address space, with libraries
   std::uint64_t longest_file = 64ull << 20;  // largest size of a written file, in bytes
 };
-/// For the calling process. Smaller limits stay.
+/// Sets these limits for the calling process. Limits that are already lower remain.
 void limit_process(const ProcessLimits& limits);
 
-/// From here the process cannot start programs, use the network or write files. Without seccomp in the kernel, only
-/// limit_process() protects.
+/// After this call, the process cannot start programs, use the network or write files. If the kernel has no seccomp,
+/// only limit_process() protects.
 void give_up_privileges();
 
-/// The helper's path: $`variable`, then this program's folder, the install folder, the build folder. `what`: purpose,
-/// for the message. Throws Error.
+/// Finds a helper program: at the path in the environment variable, else in the folder of this program, of the
+/// installation or of the build. `what`: its purpose, for the message. Throws Error.
 std::filesystem::path companion_program(const char* variable, const std::string& name, const char* built,
                                         const std::string& what);
 
-/// Without environment and open files. `words`: command and arguments. Standard output to the descriptor `output`; -1:
-/// /dev/null. Exit status, or -1 after a signal. Throws Error if it cannot start.
+/// Runs a command without environment and open files. `words`: command and arguments; `output`: descriptor for standard
+/// output, -1: /dev/null. Returns the exit status, or -1 after a signal. Throws Error if it cannot start.
 int run_guarded(const std::vector<std::string>& words, int output = -1);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// For text that reaches a terminal: a name from a file could contain commands for it.
+// Makes text safe for a terminal: a name from a file could contain terminal commands.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// Replaces control characters except line ends and tabs by '?'.
+/// Replaces control characters by '?', except line ends and tabs.
 inline void make_harmless(std::string& text) noexcept {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; },

@@ -13,12 +13,12 @@
 
 namespace typodont {
 
-/// Work ended by a request.
+/// Thrown when a caller requested that the work stops.
 struct Stopped {};
 
-/// Calls each(i) for 0 <= i < count on up to `max_threads` threads, and returns when all calls have returned. A thread
-/// takes `block` calls at a time. If the system grants fewer threads, the others do all the work. If a call throws, no
-/// further calls begin, and its exception is thrown here. Throws Stopped if `stop` was requested. Any thread.
+/// Calls each(i) for 0 <= i < count on up to `max_threads` threads, `block` calls at a time, and waits for all. If a
+/// call throws, no new calls begin, and the exception is thrown here. Throws Stopped if `stop` was requested. Any
+/// thread.
 template <class Each>
 void in_parallel(std::size_t count, const Each& each, const std::stop_token& stop = {}, std::size_t block = 32,
                  std::size_t max_threads = 4) {
@@ -36,7 +36,7 @@ void in_parallel(std::size_t count, const Each& each, const std::stop_token& sto
       next = count;
     }
   };
-  // no more threads than blocks, because a thread without work still takes time to start
+  // No more threads than blocks: a thread without work still takes time to start.
   const std::size_t blocks = (count + block - 1) / block;
   const std::size_t threads = std::min({max_threads, std::size_t{std::thread::hardware_concurrency()}, blocks});
   {

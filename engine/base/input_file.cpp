@@ -25,8 +25,8 @@ struct KindOfInput {
   std::string_view name;
   std::uintmax_t largest;  // bytes, largest size that the file may have
 };
-// Several times the largest useful file: a day at 1 kHz has 20 GiB, 1024³ voxels of two bytes 2 GiB, half an hour at
-// 192 kHz 1.3 GiB per channel.
+// Each limit is several times the largest useful file: a day at 1 kHz has 20 GiB, 1024³ voxels of two bytes 2 GiB, half
+// an hour of sound at 192 kHz 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},
@@ -41,7 +41,7 @@ const KindOfInput& entry(InputKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-/// With the time of creation: inode numbers are reused.
+/// Device, inode and time of creation of a file. The time is needed because inode numbers are reused.
 using Identity = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t, std::uint32_t>;
 
 std::optional<Identity> identity_of(const std::filesystem::path& file) {
@@ -137,7 +137,7 @@ bool LineReader::next(std::string& line) {
                 in_.bad() ? std::strerror(errno ? errno : EIO) : fmt::format("over {} characters", kLongest),
                 "a line of a table");
   }
-  // The last line may lack its end.
+  // The file's last line may have no line end.
   line.assign(buffer_.data(), static_cast<std::size_t>(in_.gcount()) - (in_.eof() ? 0 : 1));
   return true;
 }

@@ -1,4 +1,4 @@
-// Checks which files may be read, and remembers those that were.
+// Checks which files may be read, and remembers them.
 #pragma once
 
 #include <cstdint>
@@ -10,37 +10,37 @@
 
 namespace typodont {
 
-/// Each kind has its limit, largest_input().
+/// Kinds of input files, each with a maximum size, largest_input().
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
-/// For messages, for example "a JSON file".
+/// The kind's name for messages, e.g. "a JSON file".
 std::string_view name_of(InputKind kind) noexcept;
-/// bytes; larger files are refused unread.
+/// Maximum size, bytes. Larger files are refused without reading them.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
-/// From here, files that are read are remembered and never overwritten. For the command line only: window and hosts
-/// read and write the same files repeatedly.
+/// After this call, files that are read are remembered and never overwritten. Only for the command line: the operator's
+/// window and host programs read and write the same files repeatedly.
 void remember_inputs() noexcept;
 
-/// A regular file (links followed) up to largest_input(kind), then remembered. Others are refused unopened. Returns its
-/// bytes. Any thread. Throws Error.
+/// Checks that the file (or the target of the link) is a regular file of at most largest_input(kind) bytes, without
+/// opening it, and remembers it. Returns its size, bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// All bytes, after require_input().
+/// Calls require_input() and reads all bytes of the file.
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// Binary stream, after require_input().
+/// Calls require_input() and opens the file as a binary stream.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// The remembered input that is this file: same device, inode and creation. Any thread.
+/// The remembered input file that is the same file: same device, inode and time of creation. Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 
-/// Up to kLongest characters a line, without its end.
+/// Reads a file line by line. A line has up to kLongest characters; its line end is removed.
 class LineReader {
  public:
   static constexpr std::size_t kLongest = 65535;
   LineReader(const std::filesystem::path& file, InputKind kind) : file_(file), in_(open_input(file, kind)) {}
-  /// False: end of file. Throws Error if too long.
+  /// Reads the next line. False: end of file. Throws Error if the line is too long.
   bool next(std::string& line);
-  /// Of the last line, from 1.
+  /// Number of the last line read, from 1.
   std::size_t number() const noexcept { return number_; }
 
  private:

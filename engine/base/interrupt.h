@@ -7,11 +7,13 @@
 
 namespace typodont {
 
-/// Each signal removes partial files and ends with exit status 1, or calls an InterruptHandler while one exists. An
-/// ignored SIGHUP (nohup) stays ignored. Once, from the main thread.
+/// After this call, each of these signals removes partial files and ends the program with exit status 1; if an
+/// InterruptHandler exists, it is called instead. An ignored SIGHUP (nohup) remains ignored. Call once, from the main
+/// thread.
 void end_cleanly_on_interrupt();
 
-/// While it exists, the signals call `handler`; then the previous one. Destroyed in reverse order. Main thread.
+/// While this object exists, the signals call `handler`; then the previous handler again. Destroy in reverse order.
+/// Main thread.
 class InterruptHandler {
  public:
   explicit InterruptHandler(void (*handler)(int)) noexcept;
@@ -23,10 +25,10 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// What end_now() calls first. Devices send zero force with it. Not for real-time loops.
+/// Sets a function that end_now() calls first; devices use it to send zero force. Not for real-time loops.
 void set_end_hook(void (*act)() noexcept) noexcept;
 
-/// Removes partial files with a message; exit status 1. Signal-safe.
+/// Removes partial files with a message, and ends the program with exit status 1. Signal-safe.
 [[noreturn]] void end_now() noexcept;
 
 }  // namespace typodont

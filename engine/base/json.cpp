@@ -34,10 +34,10 @@ struct Member;
 using Array = std::vector<Node>;
 using Object = std::vector<Member>;  // sorted by key; no key occurs twice
 
-/// RFC 8259. Whole numbers of 64 bits are integers.
+/// A parsed JSON value (RFC 8259). Whole numbers that fit into 64 bits are integers.
 struct Node {
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
-  std::size_t line = 0;  // where it begins, from 1
+  std::size_t line = 0;  // line on which the value begins, from 1
 
   template <class T>
   const T* as() const {
@@ -50,7 +50,7 @@ struct Member {
   Node value;
 };
 
-/// Reads a text for the parser, and tells how far it was read.
+/// Reads a text for the parser, and stores in `read` how far it was read.
 struct TextIterator {
   using iterator_category = std::input_iterator_tag;
   using value_type = char;
@@ -69,7 +69,7 @@ struct TextIterator {
   bool operator!=(const TextIterator& other) const { return at != other.at; }
 };
 
-/// Makes nodes of the parser's events. Throws Error.
+/// Builds nodes from the parser's events. Throws Error.
 class Reader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
@@ -103,7 +103,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
     return leave();
   }
   bool parse_error(std::size_t position, const std::string& token, const nlohmann::json::exception& e) override {
-    constexpr int kOutOfRange = 406;  // a number
+    constexpr int kOutOfRange = 406;  // the parser's code for a number out of range
     if (e.id == kOutOfRange) {
       throw Error(name_, fmt::format("line {}, \"{}\"", line(), path_of_next()), shorten(token),
                   "a number of at most 1.8e308");
@@ -122,7 +122,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
     std::string path;  // long keys are shortened
   };
 
-  /// The last character may be one that only ends a number.
+  /// Line of the last value, from 1. Excludes the last character that was read, which may only end a number.
   std::size_t line() {
     const char* end = read_ - 1;
     line_ += static_cast<std::size_t>(std::count(counted_, end, '\n'));
@@ -224,7 +224,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// For messages, for example `line 7, "a.b[2]"`, without unknown parts.
+/// Place of a value for messages, for example `line 7, "a.b[2]"`. Unknown parts are left out.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

@@ -1,4 +1,4 @@
-// JSON files. Errors name file, key, found and expected value.
+// Reads JSON files. Errors name the file, the key, the value found and the value expected.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,15 @@
 
 namespace typodont {
 
-/// A value that knows its file and path, for messages. Cheap to copy. Not for real-time loops. Throws Error.
+/// A JSON value with its file and path, which messages name. Cheap to copy. Not for real-time loops. Throws Error.
 class Json {
  public:
-  /// kUnknown for text that the program has built: there is no file to look in.
+  /// Whether messages name the line. kUnknown is for text that the program has built: there is no file to look in.
   enum class Lines { kNamed, kUnknown };
 
-  /// Errors: duplicate keys, NaN, numbers beyond a double, text after the document.
+  /// Reads a file. Errors: duplicate keys, NaN, numbers beyond the range of double, text after the document.
   static Json load(const std::filesystem::path& file);
-  /// `name` stands for the file in messages.
+  /// Parses a text. `name` replaces the file in messages.
   static Json parse(std::string_view text, std::string_view name, Lines lines = Lines::kNamed);
 
   bool is_object() const;
@@ -34,20 +34,20 @@ class Json {
   bool has(std::string_view key) const;
   Json operator[](std::string_view key) const;           // throws Error if the key is missing
   std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
-  std::vector<Json> items() const;                       // returns the elements of an array
-  std::vector<std::string> keys() const;                 // returns the keys of an object
-  /// Throws Error for other keys.
+  std::vector<Json> items() const;                       // the elements of an array
+  std::vector<std::string> keys() const;                 // the keys of an object
+  /// Throws Error if the object has other keys than these.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
-  /// Finite, min to max. Throws Error otherwise.
+  /// The value as a finite number from min to max. Throws Error otherwise.
   double number(double min = -std::numeric_limits<double>::infinity(),
                 double max = std::numeric_limits<double>::infinity()) const;
   long long integer(long long min = std::numeric_limits<long long>::min(),
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;  // of [x, y, z]
-  // exactly `count`
+  dvec3 vec3() const;  // the vector [x, y, z]
+  // The numbers of an array with exactly `count` elements.
   std::vector<double> numbers(std::size_t count) const;
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
@@ -55,7 +55,7 @@ class Json {
   bool boolean_or(std::string_view key, bool fallback) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
 
-  /// "FILE: line 7, "a.b[2]": found …, expected …".
+  /// Throws Error with the message: FILE: line 7, "a.b[2]": found …, expected ….
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
@@ -70,7 +70,7 @@ class Json {
   std::string path_;
 };
 
-/// Completely or not at all, by PartialFile's rules. Throws Error.
+/// Writes a file completely or not at all, as PartialFile does. Throws Error.
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind = FileKind::kText,
                            Over over = Over::kNoInput);
 

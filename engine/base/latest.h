@@ -1,5 +1,5 @@
-// The newest value from one thread to another (triple buffer). Nobody waits or sees a partial value: the writer is
-// wait-free; the reader lock-free, retrying after a publication. Unfetched values are overwritten; for every value, see
+// Passes the newest value from one thread to another (triple buffer). Nobody waits, and no partial value is visible:
+// the writer is wait-free, the reader lock-free. A newer value overwrites an unread one; to get every value, see
 // ring.h.
 #pragma once
 
@@ -10,19 +10,19 @@
 
 namespace typodont {
 
-/// One writer, one reader. The writer changes T in place, so large values are never copied. The reader may change what
-/// it has fetched until its next fetch().
+/// One writer, one reader. The writer changes T in place, so large values are never copied. The reader may change the
+/// fetched value until its next fetch().
 template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Three copies of `initial`, so T allocates at set-up.
+  /// Makes three copies of `initial`: T allocates at set-up only.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// For a T without copies: `make` three times.
+  /// If T cannot be copied: calls `make` three times.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // Writer's, as the next ones. The slot to fill, then publish.
+  // Writer thread, as the next four functions. The slot to fill before publish().
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -32,14 +32,14 @@ class Latest {
     publish();
   }
 
-  /// A slot of hand_back(), if any, becomes back().
+  /// A slot that the reader gave to hand_back() becomes back().
   void take_returned() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {
       back_ = there & kIndex;
     }
   }
-  /// The last published value returns to back(). False: already fetched.
+  /// Makes the last published value back() again. False: the reader has already fetched it.
   bool take_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;
@@ -47,10 +47,10 @@ class Latest {
     return true;
   }
 
-  // Reader's, as the next ones. True: published since the last fetch.
+  // Reader thread, as the next functions. True: a value was published since the last fetch.
   bool fetch() noexcept {
-    // Between load and exchange the writer may take back the new value and leave an old one. A plain exchange would
-    // fetch that; this fails and tests again.
+    // Between load and exchange, the writer may take back the new value and leave an old one. An unconditional exchange
+    // would fetch the old one; this one fails and tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -60,7 +60,7 @@ class Latest {
     }
     return false;
   }
-  /// Undoes the last fetch. False: a newer value is there.
+  /// Undoes the last fetch(). False: a newer value was published.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kFresh) || !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh),
@@ -70,8 +70,8 @@ class Latest {
     front_ = there & kIndex;
     return true;
   }
-  /// front() goes to the writer (take_returned()) and becomes another slot with an older value. Nothing happens if a
-  /// new value was published since.
+  /// Gives front() to the writer (see take_returned()); front() becomes another slot with an older value. Does nothing
+  /// if a new value was published.
   void hand_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) && middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kReturned),
@@ -83,7 +83,7 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // Middle slot, of neither thread: index, with a new value, returned by the reader.
+  // Bits of middle_, the slot that neither thread uses: its index; it contains a new value; the reader returned it.
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

@@ -17,7 +17,7 @@ namespace {
 
 std::atomic<std::uint64_t> g_dropped{0}, g_dropped_unreported{0};
 
-/// A pipe with a free page and a terminal that is not paused take this many bytes at once.
+/// Bytes that a pipe with a free page, or a terminal that is not paused, accepts at once.
 constexpr std::size_t kPiece = 1024;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Messages for people, on standard error. Results go to standard output. A message that cannot be written at once is
-// dropped and counted: no function throws or waits. Any thread.
+// Messages for people, on standard error; results go to standard output. A message that cannot be written at once is
+// dropped and counted, so no function throws or waits. Any thread.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,10 +10,10 @@
 
 namespace typodont::log {
 
-/// Writes the text as it is; false: not completely. Also in signal handlers.
+/// Writes the text unchanged. False: it was not written completely. Also for signal handlers.
 bool raw(std::string_view text) noexcept;
 void write(std::string_view level, std::string_view text) noexcept;
-/// Messages dropped so far. The next one that can be written states the number.
+/// Number of messages dropped so far. The next message that can be written states it.
 std::uint64_t dropped() noexcept;
 
 template <class... Args>

@@ -1,4 +1,4 @@
-// Text in lower case.
+// Converts text to lower case.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Byte by byte (std::tolower).
+/// Converts each byte with std::tolower.
 inline std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;

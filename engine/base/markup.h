@@ -1,4 +1,4 @@
-// Text for HTML and SVG.
+// Escapes text for HTML and SVG.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// For between tags and in attributes. Control characters, which XML forbids, become spaces.
+/// Escapes text for use between tags and in attributes. Control characters, which XML forbids, become spaces.
 inline std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
@@ -34,7 +34,7 @@ inline std::string escaped(std::string_view text) {
   return out;
 }
 
-/// Up to the heading, in English. `style`: CSS, not escaped.
+/// Beginning of an English HTML page, including the heading. `style`: CSS, not escaped.
 inline std::string page_head(std::string_view title, std::string_view style) {
   const std::string text = escaped(title);
   std::string out =

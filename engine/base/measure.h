@@ -1,4 +1,4 @@
-// CPU time of a function for benchmarks, repeated because other programs disturb.
+// Measures the CPU time of a function for benchmarks. Repeats it, because other programs disturb the measurement.
 #pragma once
 
 #include <sys/resource.h>
@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// `fraction`: 0..1. At least one value.
+/// Quantile of at least one value. `fraction`: 0 to 1.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
@@ -20,7 +20,7 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// s, of all threads: RUSAGE_SELF, or RUSAGE_CHILDREN that have ended.
+/// CPU time of all threads, s. `who`: RUSAGE_SELF, or RUSAGE_CHILDREN for child processes that have ended.
 inline double cpu_seconds(int who) {
   rusage used{};
   getrusage(who, &used);
@@ -30,7 +30,8 @@ inline double cpu_seconds(int who) {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// Quantiles in limited memory: from kMost values on, every second, then every fourth one.
+/// Computes quantiles in limited memory: after kMost values it keeps only every second value, then every fourth, and so
+/// on.
 class EvenSample {
  public:
   void add(double value) {
@@ -41,7 +42,7 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// 0 without values.
+  /// Quantile of the values; 0 if there are none.
   double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;
@@ -55,7 +56,7 @@ struct MeasuredTimes {
   double median = 0, slow = 0;  // ns; `slow` is the 90th percentile
 };
 
-/// In the calling thread, `repeats` (at least 1) times.
+/// Runs `work` `repeats` times (at least 1), in this thread.
 template <class F>
 MeasuredTimes measure(int repeats, F&& work) {
   std::vector<double> times;

@@ -1,11 +1,11 @@
-// Where the running code lies; data files are searched in its folder.
+// Path of the running program or library. Its data files are searched in that folder.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// Program or library, links resolved. Empty if unknown.
+/// Path of the program or library that contains this code, with links resolved. Empty if unknown.
 std::filesystem::path own_file();
 
 }  // namespace typodont

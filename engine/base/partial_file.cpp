@@ -32,14 +32,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kHead = 4096;  // bytes that show a file's kind
+constexpr std::size_t kHead = 4096;  // number of first bytes that show a file's kind
 constexpr std::size_t kRandomDigits = 16;
 
-/// For signal handlers. Without a free entry, only the destructor removes the file.
+/// Temporary files that a signal handler must remove. If no entry is free, only the destructor removes the file.
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
-/// Never freed: a signal handler may still read it.
+/// Stores the name and never frees it, because a signal handler may still read it.
 const char* keep_name(const fs::path& path) {
   static std::mutex mutex;
   static std::deque<std::string> names;
@@ -74,7 +74,7 @@ bool is_gone(pid_t process) {
   return kill(process, 0) != 0 && errno == ESRCH;
 }
 
-/// Of "PREFIX123.0123456789abcdefSUFFIX"; 0: another form.
+/// Process id in a temporary name such as "PREFIX123.0123456789abcdefSUFFIX"; 0: the name has another form.
 pid_t process_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
   const std::size_t around = prefix.size() + 1 + kRandomDigits + suffix.size();
   if (!name.starts_with(prefix) || !name.ends_with(suffix) || name.size() <= around) return 0;
@@ -111,7 +111,8 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// FILE.PROCESS.RANDOMSUFFIX in `folder`, in g_half_written before it exists, so that no signal leaves it behind.
+/// Creates FILE.PROCESS.RANDOMSUFFIX in `folder`. It is entered in g_half_written before it exists, so that a signal at
+/// any time removes it.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {
@@ -157,7 +158,7 @@ void PartialFile::forget() noexcept {
   listed_ = nullptr;
 }
 
-/// Throws Error if it must not be replaced.
+/// Throws Error if the target file must not be replaced.
 void PartialFile::check_target() {
   const auto refuse = [&](std::string_view found, std::string_view expected) {
     throw Error(file_.string(), "", found, expected);
@@ -180,7 +181,7 @@ void PartialFile::check_target() {
     return;
   }
   if (S_ISCHR(is.st_mode) || S_ISFIFO(is.st_mode)) {
-    // O_NONBLOCK: a FIFO without reader fails with ENXIO instead of waiting.
+    // O_NONBLOCK: opening a FIFO without a reader fails with ENXIO instead of waiting.
     stream_ = ::open(file_.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (stream_ < 0)
       refuse(errno == ENXIO && S_ISFIFO(is.st_mode) ? "a FIFO that nobody reads" : std::strerror(errno),
@@ -194,7 +195,7 @@ void PartialFile::check_target() {
     std::error_code code;
     target_ = fs::canonical(file_, code);
     if (code) refuse(code.message(), "a link to a file");
-    // Any text could be a table, so the name must have the kind's extension.
+    // Any text could be a table, so the target's name must have the extension of the file's kind.
     if (!endings_of(kind_).empty() && kind_of_name(target_, std::array{kind_}) != kind_)
       refuse(fmt::format("a link to {}", target_.string()), fmt::format("a link to {}", name_of(kind_)));
   }
@@ -214,7 +215,7 @@ void PartialFile::check_target() {
     refuse("a file of another kind", fmt::format("{} to replace, or a new name", name_of(kind_)));
 }
 
-/// Mode, owner and group. Where the owner may not be changed, nobody gets more rights than before.
+/// Copies mode, owner and group of the old file. If the owner cannot be changed, nobody gets more rights than before.
 void PartialFile::take_over_owner(int fd) const {
   struct stat old {};
   if (::lstat(target_.c_str(), &old) != 0) return;
@@ -225,7 +226,8 @@ void PartialFile::take_over_owner(int fd) const {
 }
 
 void PartialFile::copy_into_stream() {
-  // A FIFO without reader raises SIGPIPE, which would end the program; blocked, write() fails.
+  // Writing to a FIFO without a reader raises SIGPIPE, which would end the program. With SIGPIPE blocked, write()
+  // fails.
   sigset_t pipe, before;
   sigemptyset(&pipe);
   sigaddset(&pipe, SIGPIPE);
@@ -261,14 +263,14 @@ void PartialFile::keep() {
     path_.clear();
     return forget();
   }
-  check_target();  // it may have changed since the first check
+  check_target();  // the target may have changed since the first check
   if (!makes_file()) throw Error(file_.string(), "", "a device or FIFO, which was none before", "a file to write");
   {
     const Descriptor made(::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW));
     if (made.get() < 0) throw Error(file_.string(), "", std::strerror(errno), "a writable place");
     take_over_owner(made.get());
   }
-  // Content before rename: after a power cut, the old or the new file is complete.
+  // Writes the content to disk before the rename: after a power cut, either the old or the new file is complete.
   if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   fs::rename(path_, target_, code);

@@ -1,4 +1,4 @@
-// Files that are written completely or not at all, and never over one to keep.
+// Writes files completely or not at all, and never over a file that must be kept.
 #pragma once
 
 #include <atomic>
@@ -11,33 +11,34 @@ namespace typodont {
 
 /// Which existing files may be overwritten.
 enum class Over {
-  kNoInput,  // all but inputs of this process (input_file.h)
-  // also inputs: for commands that change a file
+  kNoInput,  // all files except inputs of this process (input_file.h)
+  // inputs too, for commands that change a file
   kItsInput
 };
 
-/// All files are written through this: a temporary file in the same folder, renamed when complete. Refuses inputs,
-/// other kinds, write-protected files and directories; follows links to regular files; keeps mode and, where permitted,
-/// owner and group. Devices and FIFOs are copied into. The temporary name is unpredictable and new (O_EXCL,
-/// O_NOFOLLOW); those of killed processes go first. Any thread, one at a time.
+/// Writes a file: first a temporary file in the same folder, which keep() renames. Refuses to replace inputs, files of
+/// another kind, write-protected files and directories.
+/// Follows links to regular files. Keeps mode and, where permitted, owner and group. Devices and FIFOs are copied into.
+/// The temporary name is random and new (O_EXCL, O_NOFOLLOW). Any thread, one at a time.
 class PartialFile {
  public:
-  /// `part`: for several temporary files of one target. Throws Error before any change.
+  /// Checks the target and creates the temporary file. `part` distinguishes several temporary files of one target.
+  /// Throws Error before any change.
   explicit PartialFile(std::filesystem::path file, FileKind kind = FileKind::kText, Over over = Over::kNoInput,
                        std::string_view part = {});
-  /// Removes the temporary file without keep().
+  /// Removes the temporary file if keep() was not called.
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// As stated by the caller.
+  /// Path as the caller stated it.
   const std::filesystem::path& file() const noexcept { return file_; }
-  /// The temporary file, empty, to be filled.
+  /// Path of the temporary file, which is empty until the caller fills it.
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// False: device or FIFO, which keep() copies into.
+  /// False: the target is a device or a FIFO, into which keep() copies.
   bool makes_file() const noexcept { return stream_ < 0; }
 
-  /// Synced, then renamed, so that it survives a power cut. Throws Error.
+  /// Writes the temporary file to disk and renames it, so that it survives a power cut. Throws Error.
   void keep();
 
  private:
@@ -54,10 +55,10 @@ class PartialFile {
   std::atomic<const char*>* listed_ = nullptr;
 };
 
-/// Throws what a PartialFile would, before long work. Leaves no file.
+/// Throws the Error that a PartialFile would throw; for a check before long work. Leaves no file.
 void require_output(const std::filesystem::path& file, FileKind kind, Over over = Over::kNoInput);
 
-/// Of this process, at its end. Signal-safe.
+/// Removes this process's temporary files when it ends. Signal-safe.
 void remove_partial_files() noexcept;
 
 }  // namespace typodont

@@ -12,16 +12,16 @@ namespace typodont {
 using glm::dquat;
 using glm::dvec3;
 
-/// Rotation and translation, m, never a reflection (mirrors: display::EyeView). Trivially copyable, for messages
+/// Rotation and translation (m), never a reflection; for mirrors see display::EyeView. Trivially copyable, for messages
 /// between threads.
 struct Pose {
-  dvec3 p{0, 0, 0};     // m, origin of B in A
-  dquat R{1, 0, 0, 0};  // unit, from B to A
+  dvec3 p{0, 0, 0};     // m, origin of frame B, seen in frame A
+  dquat R{1, 0, 0, 0};  // unit quaternion, rotates vectors from frame B to frame A
 
-  /// m, B to A.
+  /// Transforms a point from frame B to frame A, m.
   dvec3 operator*(const dvec3& p_BQ) const { return p + R * p_BQ; }
   Pose operator*(const Pose& X_BC) const { return {p + R * X_BC.p, R * X_BC.R}; }
-  /// B to A, without translation.
+  /// Rotates a vector from frame B to A, without translation.
   dvec3 rotate(const dvec3& v_B) const { return R * v_B; }
 };
 
@@ -30,15 +30,15 @@ inline Pose inverse(const Pose& X_AB) {
   return {R_BA * -X_AB.p, R_BA};
 }
 
-/// Straight line and slerp; s = 0: a, s = 1: b.
+/// Interpolates along a straight line and by slerp. s = 0 gives a, s = 1 gives b.
 inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
 
-/// Shortest, between unit vectors.
+/// Smallest rotation from unit vector `from` to unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
-  if (c < -1.0 + 1e-12) {  // opposite: any perpendicular axis
+  if (c < -1.0 + 1e-12) {  // opposite vectors: rotate about any perpendicular axis
     const dvec3 axis =
         glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0)) : glm::cross(from, dvec3(0, 1, 0)));
     return {0, axis.x, axis.y, axis.z};
@@ -47,17 +47,18 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// rad, 0 to π.
+/// Angle between two orientations, rad, 0 to π.
 inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// m, bound on the way of any point of a body that moves from a to b. `reach`: m, farthest point from the origin.
+/// Upper bound of the displacement of any point of a body that moves from a to b, m. `reach`: distance of the body's
+/// farthest point from its origin, m.
 inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }
 
-/// All components.
+/// True if all components are equal.
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }

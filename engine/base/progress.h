@@ -1,4 +1,4 @@
-// Progress of long work as text and fraction, and its cancellation. One thread works, any number watch.
+// Progress of long work, as text and fraction, and its cancellation. One thread works, any number of threads watch.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// By the user. The work's output file does not exist then.
+/// Thrown when the user cancels. The work's output file does not exist then.
 class Cancelled : public RunFailure {
  public:
   Cancelled() : RunFailure("cancelled; nothing was left half written") {}
@@ -20,21 +20,23 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// Another thread shows the progress.
+  /// Progress that the program itself shows, in another thread.
   Progress() = default;
-  /// Shows it and the time left on the terminal after a second: one redrawn line, or a line per tenth without a
-  /// terminal. The first SIGINT, SIGTERM or SIGHUP cancels, the second ends the program (interrupt.h). One at a time.
+  /// Progress on the terminal, with the time left, shown after one second: one line that is redrawn, or a line per 10 %
+  /// if the output is no terminal. The first SIGINT, SIGTERM or SIGHUP cancels the work, the second ends the program.
+  /// One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // Working thread, as at(). `what`: a literal. In this stage the whole work goes from `from` to `to`.
+  // Begins a stage, in which the fraction of the whole work rises from `from` to `to`. `what`: a string literal.
+  // Working thread only.
   void stage(const char* what, double from = 0, double to = 1);
-  /// Of the stage, 0 to 1. Throws Cancelled if the work should stop.
+  /// Sets the finished fraction of the stage, 0 to 1. Throws Cancelled if the work should stop. Working thread only.
   void at(double fraction);
 
-  // For watching threads and signal handlers, as the next ones.
+  // The next functions are for watching threads and signal handlers.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
@@ -43,12 +45,12 @@ class Progress {
  private:
   void show();
 
-  // 0..1 of the whole work, at the stage's start and end. Working thread only.
+  // Fraction of the whole work at the start and end of the stage, 0 to 1. Working thread only.
   double from_ = 0, to_ = 1;
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
-  std::string line_;  // on the terminal; empty: nothing
+  std::string line_;  // text of the line on the terminal; empty: shows nothing
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;

@@ -28,7 +28,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   const auto say = [&](const auto& words) noexcept {
     try {
       granted.note += words();
-    } catch (const std::bad_alloc&) {  // no memory for the note
+    } catch (const std::bad_alloc&) {  // no memory for the message
     }
   };
   sched_param param{};
@@ -98,7 +98,7 @@ void keep_freed_memory() noexcept {
 
 void flush_denormals() noexcept {
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() | 0x8040);  // FTZ and DAZ: denormals are zero
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // flush-to-zero and denormals-are-zero flags
 #endif
 }
 
@@ -110,7 +110,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns before the deadline, from sleeping to spinning
+  constexpr long long kSpin = 60'000;  // ns before the deadline: spin instead of sleeping
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

@@ -1,4 +1,4 @@
-// What a thread requests from the system before a real-time loop.
+// A thread's requests to the system before its real-time loop.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@ namespace typodont {
 struct RealtimeRequest {
   int priority = 80;  // SCHED_FIFO priority, 1 to 99
   static constexpr int kOwnCore = -2;
-  // Core to pin to. -1: none. kOwnCore: the process's last one, with at least three cores and SCHED_FIFO granted;
-  // without SCHED_FIFO, a thread runs better unpinned.
+  // Processor core for the thread; -1: any. kOwnCore: the process's last core, if it has at least three and SCHED_FIFO
+  // is granted; without SCHED_FIFO, a thread runs better unpinned.
   int core = -1;
   bool lock_memory = true;  // true: mlockall() keeps all pages in memory
 };
@@ -18,30 +18,33 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  // What was refused and how to fix it; empty: nothing. May be incomplete if memory is short.
+  // What was refused and how to fix it; empty: nothing was refused. May be incomplete if memory is short.
   std::string note;
 };
 
-/// For the calling thread. Never throws; without SCHED_FIFO it runs at ordinary priority.
+/// Requests real-time scheduling for the calling thread. Never throws; without SCHED_FIFO, the thread keeps its
+/// ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// Of the calling thread, to this nice value (1 to 19). Errors are ignored.
+/// Lowers the priority of the calling thread to this nice value (1 to 19). Errors are ignored.
 void lower_priority(int nice) noexcept;
 
-/// Why SCHED_FIFO is refused and how to fix it; empty: granted. Asks in its own thread.
+/// Why SCHED_FIFO is refused, and how to fix it; empty: it is granted. Tries it in a new thread.
 std::string realtime_refusal();
 
-/// Keeps up to 256 MiB of freed memory, except arrays of 32 MiB or more; otherwise the system clears every page again.
-/// Before other threads start; not in a library, because it affects the whole process.
+/// Makes malloc keep up to 256 MiB of freed memory, except arrays of 32 MiB or more; otherwise the system clears every
+/// page again. Call before other threads start; not in a library, because it affects the whole process.
 void keep_freed_memory() noexcept;
 
-/// In the calling thread. Otherwise decaying filters become slow.
+/// Treats denormal numbers as zero in the calling thread. With denormals, decaying filters become slow.
 void flush_denormals() noexcept;
 
-/// Round to nearest, with denormals, whatever a library or parent has set: for the same bits on every thread.
+/// Sets rounding to nearest and denormals on, whatever a library or the parent has set, so that every thread computes
+/// the same bits.
 void use_ieee_arithmetic() noexcept;
 
-/// Spins from 60 µs before the deadline. Linux stops a SCHED_FIFO thread that always spins for 50 ms of every second.
+/// Sleeps, then spins from 60 µs before the deadline. It does not always spin, because Linux would stop a SCHED_FIFO
+/// thread for 50 ms of every second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

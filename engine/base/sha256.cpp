@@ -17,7 +17,7 @@ Sha256::Sha256() : state_(EVP_MD_CTX_new()) {
 }
 
 void Sha256::bytes(const void* data, std::size_t size) noexcept {
-  EVP_DigestUpdate(state_.get(), data, size);  // of an initialised state, cannot fail
+  EVP_DigestUpdate(state_.get(), data, size);  // cannot fail for an initialised state
 }
 
 std::array<unsigned char, 32> Sha256::digest() const {

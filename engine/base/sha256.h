@@ -1,4 +1,4 @@
-// SHA-256 of data from outside: nobody can make other data with the same hash.
+// SHA-256, for data from outside: nobody can construct other data with the same hash.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ class Sha256 {
     static_assert(std::is_arithmetic_v<T>);
     bytes(&number, sizeof number);
   }
-  /// Of all data so far.
+  /// Hash of all data added so far.
   std::array<unsigned char, 32> digest() const;
-  /// "sha256:" and 64 hexadecimal digits.
+  /// The hash as "sha256:" and 64 hexadecimal digits.
   std::string text() const;
-  /// The first eight bytes, as a key of a cache.
+  /// The hash's first eight bytes: key of a cached file.
   std::uint64_t key() const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// Views of `text` between separators. An empty text has one empty piece.
+/// The parts of `text` between the separators, as views. An empty text gives one empty part.
 inline std::vector<std::string_view> split(std::string_view text, std::string_view separator) {
   std::vector<std::string_view> pieces;
   for (;;) {

@@ -5,7 +5,7 @@
 
 namespace typodont {
 
-/// SplitMix64 (Steele, Lea & Flood 2014). Equal states give equal numbers.
+/// SplitMix64 (Steele, Lea & Flood 2014). Equal states give equal sequences of numbers.
 struct SplitMix64 {
   std::uint64_t state = 0;
 

@@ -1,4 +1,4 @@
-// Names that are no regular file: devices, FIFOs, open descriptors of this process.
+// Recognises file names that are not regular files: devices, FIFOs, open descriptors of this process.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +6,10 @@
 
 namespace typodont {
 
-/// For /dev/stdout, /proc/self/fd/1, /dev/fd/63; otherwise empty.
+/// Descriptor number in names such as /dev/stdout, /proc/self/fd/1 or /dev/fd/63; otherwise empty.
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// Device, FIFO or open descriptor: written to, never replaced.
+/// True for a device, a FIFO or an open descriptor. These are written to, never replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

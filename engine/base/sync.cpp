@@ -12,7 +12,7 @@ namespace {
 bool sync(const char* path, int flags) noexcept {
   const int fd = ::open(path, flags | O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return false;
-  // Pipes, devices and some network folders cannot be synced; no error.
+  // Pipes, devices and some network folders cannot be synced; this is no error.
   const bool good = ::fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
   ::close(fd);
   return good;

@@ -1,13 +1,13 @@
-// From memory to disk, to survive a power cut.
+// Writes files to disk, so that they survive a power cut.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// Waits. False: error in errno.
+/// Waits until the file is on disk. False: error in errno.
 bool sync_file(const std::filesystem::path& file) noexcept;
-/// After a file was created, renamed or removed there. False: error.
+/// Writes the folder to disk after a file in it was created, renamed or removed. False: error.
 bool sync_folder_of(const std::filesystem::path& file) noexcept;
 
 }  // namespace typodont

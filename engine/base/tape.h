@@ -45,7 +45,7 @@ class Tape {
     /// Begins at the tape's first event.
     explicit Reader(const Tape& tape) : tape_(&tape) {}
 
-    /// Copies the next event. Returns false if there is none.
+    /// Copies the next event. False if there is none.
     bool next(T& event) noexcept {
       for (;;) {
         const std::uint64_t written = tape_->written();
@@ -57,8 +57,8 @@ class Tape {
         if (tape_->copy(next_, event)) return ++next_, true;
       }
     }
-    /// Jumps to the newest event and copies it. The skipped events do not count as lost. Returns false if there is no
-    /// new event.
+    /// Jumps to the newest event and copies it. The skipped events do not count as lost. False if there is no new
+    /// event.
     bool newest(T& event) noexcept {
       const std::uint64_t before = next_;
       do {
@@ -66,7 +66,7 @@ class Tape {
       } while (next_ != before && !tape_->copy(next_ - 1, event));
       return next_ != before;
     }
-    /// Number of events that were overwritten before this reader reached them.
+    /// Number of events overwritten before this reader reached them.
     std::uint64_t lost() const noexcept { return lost_; }
 
    private:
@@ -78,9 +78,9 @@ class Tape {
   static constexpr std::size_t kWords = (sizeof(T) + 7) / 8;
   using Words = std::array<std::uint64_t, kWords>;
 
-  /// Copies event n. Returns false if the writer may have begun to overwrite its slot. A sequence lock (Boehm 2012,
-  /// "Can seqlocks get along with programming language memory models?") with atomic words in place of fences: whoever
-  /// reads a word of event n + slots also sees that n + slots events were written before it.
+  /// Copies event n. False if the writer may have begun to overwrite its slot. Sequence lock (Boehm 2012, "Can seqlocks
+  /// get along with programming language memory models?") with atomic words instead of fences: a reader that reads a
+  /// word of event n + slots also sees that n + slots events were written before it.
   bool copy(std::uint64_t n, T& event) const noexcept {
     Words words;
     const std::atomic<std::uint64_t>* const slot = &words_[(n & mask_) * kWords];

@@ -1,17 +1,17 @@
-// For one task's intermediate files.
+// Folders for the intermediate files of one piece of work.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// $TMPDIR if it is a folder, else /tmp, /var/tmp or the current folder. Any thread.
+/// Folder for temporary files: $TMPDIR if it is a folder, else /tmp, /var/tmp or the current folder. Any thread.
 std::filesystem::path temporary_place();
 
-/// New, for this user only; deleted with its content. Any thread.
+/// A new folder that only this user can access. Deleted with its content by the destructor. Any thread.
 class TemporaryFolder {
  public:
-  /// Throws Error.
+  /// Creates the folder. Throws Error.
   TemporaryFolder();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;

@@ -1,4 +1,5 @@
-// Unit literals, and factors for inputs and outputs. Inside, all is SI: m, N, s, rad, kg, J.
+// Unit literals, and factors for inputs and outputs. Inside the program, all values are in SI units: m, N, s, rad, kg,
+// J.
 #pragma once
 
 #include <numbers>
@@ -7,7 +8,7 @@ namespace typodont {
 
 inline constexpr double kPi = std::numbers::pi;
 
-// value_m = number * kMillimetre.
+// Example: length_m = length_mm * kMillimetre.
 inline constexpr double kMillimetre = 1e-3;               // m, one millimetre
 inline constexpr double kMicrometre = 1e-6;               // m, one micrometre
 inline constexpr double kCubicMillimetre = 1e-9;          // m³, one cubic millimetre

@@ -1,4 +1,4 @@
-// Characters of a text in UTF-8.
+// Counts the characters of a text in UTF-8.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Bytes that continue a character do not count.
+/// Number of characters, without the bytes that continue one.
 inline std::size_t count_characters(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));

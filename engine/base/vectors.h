@@ -1,4 +1,4 @@
-// Four or eight numbers in vector registers. GCC's vector types give the same results on every processor.
+// Vectors of four or eight numbers in processor registers. GCC's vector types give the same results on every processor.
 #pragma once
 
 namespace typodont {
@@ -8,10 +8,10 @@ using FourInts = int __attribute__((vector_size(16)));
 using Eight = float __attribute__((vector_size(32)));
 using EightInts = int __attribute__((vector_size(32)));
 
-/// Always inlined, so compiled for the caller's processor type (dispatch.h).
+/// Always inlined, so that the function is compiled for the caller's processor type (dispatch.h).
 #define TYPODONT_INLINE inline __attribute__((always_inline))
 
-/// One bit per lane of a comparison.
+/// The result of a comparison as one bit per lane.
 TYPODONT_INLINE unsigned bits_of(const EightInts& mask) {
 #ifdef __SSE2__
   const FourInts low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),

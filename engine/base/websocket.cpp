@@ -9,7 +9,7 @@ namespace typodont {
 
 namespace {
 
-// SHA-1 (FIPS 180-4, 6.1), by which the handshake recognises a server; no protection.
+// SHA-1 (FIPS 180-4, 6.1). The handshake uses it to recognise a WebSocket server, not as protection.
 std::array<std::uint8_t, 20> sha1(std::string_view text) {
   std::string m(text);
   m += '\x80';
@@ -52,7 +52,7 @@ std::string websocket_accept(std::string_view key) {
 
 std::string websocket_text_frame(std::string_view text) {
   constexpr std::size_t kShort = 126, kMiddle = 1 << 16;
-  std::string frame(1, '\x81');  // a text message of one frame
+  std::string frame(1, '\x81');  // header of a text message in a single frame
   const int bytes = text.size() < kShort ? 0 : text.size() < kMiddle ? 2 : 8;
   frame += static_cast<char>(bytes == 0 ? text.size() : bytes == 2 ? 126 : 127);
   for (int i = bytes - 1; i >= 0; --i) frame += static_cast<char>(std::uint64_t{text.size()} >> (8 * i) & 0xff);

@@ -1,4 +1,4 @@
-// For client (haptics/devices) and server (engine/app/live), RFC 6455.
+// WebSocket functions (RFC 6455) for client (haptics/devices) and server (engine/app/live).
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace typodont {
 
-/// To the client's key (RFC 6455, 4.2.2).
+/// The server's answer to the client's key (RFC 6455, 4.2.2).
 std::string websocket_accept(std::string_view key);
 
-/// One unmasked frame (RFC 6455, 5.2).
+/// A text message as one unmasked frame (RFC 6455, 5.2).
 std::string websocket_text_frame(std::string_view text);
 
 }  // namespace typodont

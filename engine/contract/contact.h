@@ -14,7 +14,7 @@ namespace typodont {
 /// message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
+  kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion does not have length 1: the force is zero
   /// A new patch (copy of the tissue around the tool) is more than 20 ms late. Until it arrives, the force is computed
   /// with the old patch.
   kStalePatch = 1u << 1,
@@ -30,7 +30,8 @@ enum class Fault : std::uint32_t {
   kSlewLimit = 1u << 7,   // the force rose faster than the device allows, so its rate of change was limited
   kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
   kLetGo = 1u << 9,  // the servo was late and the motors were switched off, so the hand did not receive the last force
-  // the user presses the pedal of a filling instrument, but there is no free space near the tool, so nothing was filled
+  // The user presses the pedal of a filling instrument, but there is no free space near the tool, so nothing was
+  // filled.
   kNoRoom = 1u << 10,
   kHeld = 1u << 11,  // the emergency key is on: the drill does not drill, and the hand feels no force
   // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool moves back along the
@@ -44,7 +45,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;  // number of ticks since the servo started
-  Nanos t = 0;              // ns, time since the session's start at which the hand was sampled
+  Nanos t = 0;              // ns since the session's start, when the hand was sampled
   // Pose of the tool as the user holds it, measured by the haptic device; it may lie inside the tissue. The origin of
   // frame T is the centre of the tool's head, and z points along the shank.
   Pose X_WT;
@@ -55,7 +56,7 @@ struct ServoTick {
   double depth = 0;              // m, distance between hand and proxy: |X_WG.p - X_WT.p|
   dvec3 n_C_W{0, 0, 0};          // unit contact normal, pointing out of the tissue; zero if the tool has no contact
   double contact_area = 0;       // m², area of the head in contact with tissue
-  PerTissue removed{};           // m³, for each tissue: volume that was removed since the start
+  PerTissue removed{};           // m³, per tissue: volume removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
   double spindle = 0;            // rad/s, rotation speed of the spindle
   double cutting_power = 0;      // W, power that cutting takes in this tick
@@ -63,12 +64,12 @@ struct ServoTick {
   double energy = 0;
   Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;  // number of the tissue copy (patch) that the tick used; 0: none
+  std::uint32_t patch = 0;  // number of the tick's tissue copy (patch); 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
   // J, energy that the spindle has given to the hand so far by the tangential cutting force. The member `energy` does
   // not include this energy.
   double spindle_energy = 0;
-  std::uint32_t tool = 0;   // index of the tool in the hand, in the session's list of tools
+  std::uint32_t tool = 0;   // index of the current tool in the session's list
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
   // N, force of the contact model before the servo applies slew limit, force limit and energy ledger.
   dvec3 f_model_W{0, 0, 0};
@@ -83,10 +84,10 @@ struct Cut {
   Nanos t = 0;
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // tool that made the cut, as an index in the session's list of tools
-  PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
+  PerTissue removed{};     // m³, for each tissue: removed volume; negative: filled
   dvec3 n_C_W{0, 0, 0};    // unit normal of the contact, pointing out of the tissue
-  double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
-  double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
+  double spindle = 0;      // rad/s, spindle speed about the tool's z, signed
+  double fill_radius = 0;  // m, radius of the filled ball; 0: removes tissue
 };
 
 /// A piece of tissue that a cut separated from the rest. The carver removed the piece from the tissue. Carver → debris,
@@ -102,10 +103,10 @@ struct LoosePiece {
 /// The servo begins to use a new patch (copy of the tissue around the tool). A recording contains these events: a
 /// replay needs them and the cuts to give the same bits. Servo → recorder.
 struct PatchUse {
-  std::uint32_t patch = 0;       // number of the patch (tissue copy): 1, 2, 3 …
-  std::uint64_t first_tick = 0;  // number of the first tick that was computed with this patch
-  std::uint64_t cuts = 0;        // number of cuts that the tissue contained when it was copied
-  dvec3 center_W{0, 0, 0};       // m, requested centre of the patch (tissue copy)
+  std::uint32_t patch = 0;       // number of the tissue patch: 1, 2, 3 …
+  std::uint64_t first_tick = 0;  // number of the first tick computed with this patch
+  std::uint64_t cuts = 0;        // number of cuts in the tissue when it was copied
+  dvec3 center_W{0, 0, 0};       // m, requested centre of the tissue patch
 };
 
 }  // namespace typodont

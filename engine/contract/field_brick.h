@@ -1,4 +1,4 @@
-// A block of the distance field, from the carver's volume to the surface mesher.
+// A block of samples of the distance field, from the carver's volume to the surface mesher.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// 16³ cells and one more layer of samples. Cell (i,j,k) of brick `key` spans the voxels 16·key + (i,j,k) and 16·key +
-/// (i+1,j+1,k+1). Sample (x,y,z), 0..18 each, is voxel 16·key − 1 + (x,y,z); x is slowest.
+/// 16³ cells and one more layer of samples around them. Cell (i,j,k) of brick `key` is between the voxels 16·key +
+/// (i,j,k) and 16·key + (i+1,j+1,k+1). Sample (x,y,z), 0 to 18 each, is voxel 16·key − 1 + (x,y,z); x changes slowest.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -23,13 +23,13 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  /// voxels, negative inside, limited to the volume's band
+  /// Signed distance in voxels, negative inside the tissue, limited to the volume's band.
   std::array<float, kCount> distance;
-  // kAir far from all tissue, and everywhere without a surface
+  // Tissue of each sample; kAir far from all tissue, and in a brick without a surface.
   std::array<Tissue, kCount> tissue;
 };
 
-/// p_W = origin + voxel · index, for distances and labels.
+/// Position of the voxels: p_W = origin + voxel · index. Used for distances and tissues.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in frame W
   double voxel = 1e-4;         // m, edge of a voxel

@@ -1,4 +1,4 @@
-// The version of the servo's force law, which a recording stores.
+// Version of the servo's force law, stored in recordings.
 #pragma once
 
 #include <cstdint>

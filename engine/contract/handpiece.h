@@ -1,4 +1,4 @@
-// A handpiece or handle for pictures, from assets/handpieces/.
+// A handpiece or handle for drawing, from assets/handpieces/.
 #pragma once
 
 #include <array>
@@ -10,32 +10,33 @@
 
 namespace typodont {
 
-/// Circular; the centre is in the plane y = 0.
+/// One circular cross-section; its centre has y = 0.
 struct HandpieceRing {
-  double x = 0, z = 0;  // m, frame H: x and z of the middle
+  double x = 0, z = 0;  // m, frame H: x and z of the circle's centre
   double radius = 0;    // m, radius of the circle
 };
 
-/// A tube along a path in the plane y = 0, closed at both ends.
+/// A tube through circular rings, along a path in the plane y = 0, closed at both ends.
 struct HandpiecePart {
-  std::vector<HandpieceRing> rings;          // at least two, from the tool on
-  bool smooth = false;                       // a curve through the rings; false: straight lines
-  dvec3 color{0.75, 0.76, 0.78};             // sRGB; metal: of its reflection
+  std::vector<HandpieceRing> rings;          // at least two, beginning at the tool
+  bool smooth = false;                       // true: a smooth curve through the rings; false: straight lines
+  dvec3 color{0.75, 0.76, 0.78};             // sRGB, colour; of metal: colour of its reflection
   double roughness = 0.3;                    // 0 (mirror) to 1 (dull)
-  bool brushed = false;                      // fine grooves around, as turned metal
+  bool brushed = false;                      // fine grooves around the tube, as on turned metal
   bool metal = true;                         // false: plastic or rubber
-  double glow = 0;                           // emitted, 0..1
-  std::vector<std::array<double, 2>> bands;  // m along the path, of each black band
-  // m along the path; equal: no knurl.
+  double glow = 0;                           // brightness of emitted light, 0 to 1
+  std::vector<std::array<double, 2>> bands;  // m along the path: start and end of black bands
+  // Start and end of the knurled length, m along the path. Equal: no knurl.
   std::array<double, 2> knurl{0, 0};
-  double width = 1;  // radius along y / `radius`; 1: round
-  int repeat = 1;    // copies around the tool's axis
+  double width = 1;  // radius along y, divided by `radius`; 1: round
+  int repeat = 1;    // number of copies, evenly around the tool's axis
 };
 
-/// Frame H: origin on the tool's axis, z along the shank as in T, body towards +x.
+/// Frame H: origin on the tool's axis, z along the shank as in frame T, body towards +x.
 struct Handpiece {
   std::string name;
-  // true: origin is the head's centre, drawn instead of the shank; false: holds the shank
+  // true: the origin is the head's centre, and the handle is drawn instead of the shank; false: the handpiece holds the
+  // shank
   bool from_head = false;
   std::vector<HandpiecePart> parts;
 };
@@ -43,8 +44,8 @@ struct Handpiece {
 /// How handpieces are drawn.
 struct HandpieceView {
   bool shown = true;
-  bool open = true;  // left out where it would hide the cut
-  // rad about the tool's z, from x of T to x of H; −35° points right and to the user
+  bool open = true;  // true: not drawn where it would hide the cut
+  // Angle of the handpiece about the tool's z, from x of T to x of H, rad. −35° points to the right and to the user.
   double roll = -35 * kDegree;
 };
 

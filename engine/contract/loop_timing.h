@@ -1,4 +1,4 @@
-// Missed deadlines, jitter, slowest tick. Trivially copyable, for the channel Latest.
+// Timing of a real-time loop: missed deadlines, jitter, slowest tick. Trivially copyable, for the channel Latest.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// 0.1 µs to 0.1 s, eight bins per octave: each upper edge is 9 % larger.
+/// Histogram of durations from 0.1 µs to 0.1 s, eight bins per octave: each upper edge is 9 % above the last.
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;
@@ -23,7 +23,7 @@ struct DurationHistogram {
     const double octaves = std::log2(static_cast<double>(duration) / kSmallest);
     return std::min(kBins - 1, 1 + static_cast<int>(octaves * kPerOctave));
   }
-  /// ns, of bin i.
+  /// Upper edge of bin i, ns.
   static double upper_edge(int i) noexcept { return kSmallest * std::exp2(static_cast<double>(i) / kPerOctave); }
 
   void add(Nanos duration) noexcept { ++counts[static_cast<std::size_t>(bin(duration))]; }
@@ -32,7 +32,7 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// ns, upper edge of the bin of quantile q (0..1), never below the true one; 0 if empty.
+  /// Quantile q (0 to 1) of the durations, ns: the upper edge of its bin, so never below the true value. 0 if empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -44,19 +44,19 @@ struct DurationHistogram {
   }
 };
 
-/// Written by the loop's thread. Trivially copyable.
+/// Loop statistics, written by the loop's thread. Trivially copyable.
 struct LoopTiming {
   Nanos period = 1'000'000;  // ns, nominal period of the device
   std::uint64_t ticks = 0;
   std::uint64_t misses = 0;       // ticks not finished when the next sample was due
-  std::uint64_t worst_index = 0;  // slowest tick
+  std::uint64_t worst_index = 0;  // index of the slowest tick
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
-  DurationHistogram jitter;  // ns, |period − time between wake-ups|
-  DurationHistogram work;    // ns, end of read() to end of write()
+  DurationHistogram jitter;  // ns, |period − time between two wake-ups|
+  DurationHistogram work;    // ns, from the end of read() to that of write()
   Nanos last_woke = 0;
 
-  /// `woke`, `done`: when read() and write() returned. Never allocates.
+  /// Adds a tick. `woke`: time at which read() returned; `done`: time at which write() returned. Never allocates.
   void record(Nanos woke, Nanos done) noexcept {
     const Nanos took = done - woke;
     if (ticks > 0) {
@@ -75,19 +75,19 @@ struct LoopTiming {
   }
 };
 
-/// Rights that the servo loop got, and its timing. Servo thread → recorder, renderer.
+/// Scheduling rights that the servo loop got, and its timing. Servo thread → recorder, renderer.
 struct LoopReport {
   LoopTiming timing;
   bool fifo = false, pinned = false, memory_locked = false;
-  // what was refused and how to fix it; zero-terminated, empty: nothing
+  // What was refused and how to fix it: zero-terminated text; empty: nothing was refused.
   std::array<char, 320> note{};
-  // From here: safety layer of a device with motors.
-  double heat = 0;        // of the windings now, 0..1 of the limit
-  double worst_heat = 0;  // largest so far, in the limit
-  // N now without overheating; 0: no motors
+  // From here on: state of the safety layer of a device with motors.
+  double heat = 0;        // motor windings' heat, as a fraction of the limit
+  double worst_heat = 0;  // largest heat so far, as a fraction of the limit
+  // Force without overheating of the motors, N. 0: no motors.
   double bearable_force = 0;
-  bool armed = false;        // may push the hand now
-  std::uint32_t safety = 0;  // all SafetyEvent bits so far
+  bool armed = false;        // true: the device may push the hand now
+  std::uint32_t safety = 0;  // bits of all SafetyEvents so far
 
   void say(std::string_view text) noexcept {
     const std::size_t n = std::min(text.size(), note.size() - 1);

@@ -1,4 +1,4 @@
-// Registration of display and haptic device.
+// Registration between display and haptic device.
 #pragma once
 
 #include <array>
@@ -7,11 +7,11 @@
 
 namespace typodont {
 
-/// X_WH of the haptic base, with the 6×6 covariance (row-major) of rotation vector, rad, and translation, m.
+/// Pose X_WH of the haptic base, with the 6×6 covariance (row-major) of its rotation vector (rad) and translation (m).
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};
-  double sigma = 0;  // m, standard deviation per axis of a touched point
+  double sigma = 0;  // m, standard deviation of a touched point, per axis
 };
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// Events between motors and hand (haptics/devices/safe_device.h). Bits, because several may occur at once. Safety layer
-// → recorder, renderer.
+// Events of the safety layer between motors and hand (haptics/devices/safe_device.h). They are bits, because several
+// may occur at once. Safety layer → recorder, renderer.
 #pragma once
 
 #include <array>
@@ -11,23 +11,23 @@ namespace typodont {
 
 enum class SafetyEvent : std::uint32_t {
   kNone = 0,
-  kNotFinite = 1u << 0,    // force or pose not finite: zero force
+  kNotFinite = 1u << 0,    // force or pose is not finite: zero force
   kForceLimit = 1u << 1,   // the force was clipped to the peak force
-  kSlewLimit = 1u << 2,    // force rose too fast: limited
-  kThermal = 1u << 3,      // clipped, to spare the motors heat
-  kWatchdog = 1u << 4,     // no force in time: zero force
+  kSlewLimit = 1u << 2,    // the force rose too fast: its rate was limited
+  kThermal = 1u << 3,      // the force was clipped, to limit the motors' heat
+  kWatchdog = 1u << 4,     // no new force came in time: zero force
   kDeviceFault = 1u << 5,  // the device reported a fault: zero force
-  kDeviceLost = 1u << 6,   // connection lost: zero force
-  kJump = 1u << 7,         // position jumped faster than a hand: zero force
-  kClock = 1u << 8,        // clock stopped, ran back or jumped: zero force
-  kEmergency = 1u << 9,    // emergency key: ramps to zero
-  kPedalStuck = 1u << 10,  // pedal pressed too long: the drill stops
+  kDeviceLost = 1u << 6,   // the connection was lost: zero force
+  kJump = 1u << 7,         // position jumped faster than a hand moves: zero force
+  kClock = 1u << 8,        // the clock stopped, ran backwards or jumped: zero force
+  kEmergency = 1u << 9,    // the emergency key is on: the force ramps to zero
+  kPedalStuck = 1u << 10,  // the pedal was pressed for too long: the drill stops
 };
 constexpr std::uint32_t bits(SafetyEvent event) {
   return static_cast<std::uint32_t>(event);
 }
 
-/// In files and catalogues, in the bits' order.
+/// Names in files and text catalogues, ordered as the bits.
 inline constexpr std::array<std::pair<SafetyEvent, std::string_view>, 11> kSafetyEventNames{{
     {SafetyEvent::kNotFinite, "not_finite"},
     {SafetyEvent::kForceLimit, "force_limit"},

@@ -3,7 +3,7 @@
 
 namespace typodont {
 
-/// s: one day. More is taken for a mistake: a day at 1 kHz takes about 20 GiB.
+/// Longest session, s: one day, about 20 GiB at 1 kHz. Anything longer is probably a mistake.
 inline constexpr double kLongestSession = 86400;
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// From the packer to files and a contact model.
+// Tissue as a packing of spheres, from the packer to files and to a contact model.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// No overlaps, W. Sphere i: center[i], radius[i], tissue[i]. Larger ones first, exact to the resolution of the
-/// packer's grid.
+/// Spheres that do not overlap. Sphere i has center[i], radius[i] and tissue[i]. Sorted from large to small, as exactly
+/// as the packer's grid resolves.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, frame W, centre of each sphere
   std::vector<double> radius;  // m, radius of each sphere; always above 0
@@ -18,12 +18,12 @@ struct SpherePacking {
 
   std::uint64_t seed = 0;         // seed of the packer's random numbers
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue that was packed
-  double max_radius = 0;          // m, that the packer could use
-  double largest_hole = 0;        // m, largest sphere that still fits
-  PerTissue solid_volume{};       // m³ per tissue; spheres fill part of it
+  double max_radius = 0;          // m, largest radius that the packer was allowed to use
+  double largest_hole = 0;        // m, radius of the largest sphere that would still fit
+  PerTissue solid_volume{};       // m³ for each tissue: volume of the tissue; the spheres fill a part of it
 
   std::size_t size() const { return radius.size(); }
-  /// m³ per tissue.
+  /// Volume of all spheres for each tissue, m³.
   PerTissue sphere_volume() const {
     PerTissue sum{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -32,7 +32,7 @@ struct SpherePacking {
     }
     return sum;
   }
-  /// Of the tissue's volume, 0 to 1.
+  /// Fraction of the tissue's volume filled by spheres, 0 to 1.
   double coverage() const {
     double spheres = 0, solid = 0;
     for (const double v : sphere_volume()) spheres += v;

@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// File formats store these numbers (grid "tissue" of a .vdb, ticks): add at the end only.
+/// Numbers of the tissues. Files store them (grid "tissue" of a .vdb, ticks), so append new ones at the end only.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,
@@ -25,36 +25,36 @@ enum class Tissue : std::uint8_t {
 };
 inline constexpr int kTissueCount = 10;
 
-/// In all files, for example "enamel", "cortical_bone".
+/// The tissue's name in files, e.g. "enamel", "cortical_bone".
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
-/// Energy per volume of one kind of edge by the thickness h of its chips: u = specific energy · energy_ratio ·
+/// Energy per volume u that one kind of edge needs, for chips of thickness h: u = specific energy · energy_ratio ·
 /// (h / chip)^−exponent.
 struct EdgeLaw {
-  double energy_ratio = 1;  // u / specific energy, at h = chip
-  double chip = 10e-6;      // m
+  double energy_ratio = 1;  // u / specific energy if h = chip
+  double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
   double exponent = 0;
-  double force_ratio = 0;  // tangential / normal force; 0: the tool's cutting_coefficient
+  double force_ratio = 0;  // tangential force / normal force; 0: use the tool's cutting_coefficient
 };
 
-/// SI, from assets/materials/, which cites a source for each.
+/// Properties of a tissue in SI units, from assets/materials/, which cites a source for each value.
 struct Material {
-  // N/m, at a coupling of 1000 N/m, in proportion for others
+  // Stiffness that the hand feels with a coupling of 1000 N/m, N/m. With other couplings, it changes in proportion.
   double stiffness = 1e3;
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
   double density = 2900;    // kg/m³, density of the tissue
-  dvec3 color{1, 1, 1};     // sRGB, 0..1, colour of the tissue
-  EdgeLaw blade{}, grit{};  // of drills; of diamonds
+  dvec3 color{1, 1, 1};     // sRGB, 0 to 1, colour of the tissue
+  EdgeLaw blade{}, grit{};  // for the edges of drills; for the grains of diamonds
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 
-/// For example m³ removed.
+/// One quantity per tissue, e.g. the removed volume, m³.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// In the tissues' order, so always the same bits.
+/// Sum over all tissues, always in the same order, so that the result has the same bits.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

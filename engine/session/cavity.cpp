@@ -14,36 +14,37 @@ namespace typodont::session {
 
 namespace {
 
-// voxels below the old surface, from which a facet is new
+// Depth below the old surface that counts as cut, voxels.
 constexpr double kNewSurface = 0.75;
-// Cosine of normal and axis, above which a facet is floor.
+// A facet is floor if the cosine between its normal and the axis is larger than this.
 const double kFloor = std::cos(30 * kPi / 180);
-// |cosine| below which it is wall, inclined by less than 30°.
+// A facet is wall if this |cosine| is smaller than this: inclination below 30°.
 constexpr double kWall = 0.5;
-// Near an edge the gradient is shorter than this, or 10° off the normal; such facets are not measured. A flat face has
-// 1. Well below, because a bur's ripples of a tenth of a voxel shorten it too; with more, half of a rippled floor would
-// be lost.
+// A facet near an edge is not measured: there, the gradient is shorter than kShortest, or more than 10° off the normal.
+// On a flat face its length is 1. kShortest is well below 1, because ripples of a tenth of a voxel, left by a bur, also
+// shorten the gradient: a larger value would exclude half of a rippled floor.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// For a wall's inclination; a shorter gradient has samples on both sides of an edge.
+// Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
+// an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;  // voxels from the ideal that count as 0
-// m², smallest floor and smallest walls that are measured
+constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal count as 0
+// Smallest area of floor and walls that is measured, m².
 constexpr double kLeastArea = 0.1e-6;
-// of the area at each end of the sorted values: edges of a face
+// Fraction of the area that is left out at each end of the sorted values, because it belongs to the edges of a face.
 constexpr double kTrimmed = 0.1;
-// m below the old surface, above which walls are always thin
+// Depth below the old surface where walls are always thin, m.
 constexpr double kRim = 1e-3;
-// voxels to either side, for a wall's inclination; ripples average out
+// Half the distance over which the gradient of a wall is computed, voxels. It averages out ripples.
 constexpr double kAcross = 1.5;
 constexpr double kFarthestWall = 5e-3;  // m, upper limit of a wall's thickness
-constexpr double kSmoothing = 0.25e-3;  // m, Gaussian that smooths the margin
+constexpr double kSmoothing = 0.25e-3;  // m, width of the Gaussian that smooths the margin
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
-  dvec3 n{0};              // out of the tissue
+  dvec3 n{0};              // unit normal, pointing out of the tissue
   double area = 0;         // voxels², area of the facet
-  std::size_t inside = 0;  // a sample beside the facet, inside the tissue
+  std::size_t inside = 0;  // index of the facet's neighbouring sample inside the tissue
 };
 
 double weighted_mean(const std::vector<std::pair<double, double>>& values) {
@@ -52,7 +53,7 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Values and weights; `trim` of the weight is left out at each end.
+/// Weighted mean of (value, weight) pairs, without the fraction `trim` of the weight at each end.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
   const double total =
@@ -66,7 +67,7 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Smallest value v at which the weights of values ≤ v reach `weight`.
+/// Weighted quantile: the smallest value v such that the weights of all values ≤ v sum to `weight`.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -86,7 +87,8 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// w = c0 + c1 u + c2 v, voxels, w out of the opening. Weighted least squares; false: undetermined.
+/// Least-squares plane w = c0 + c1 u + c2 v through facets, weighted by area, in voxels along `axes`. False: the facets
+/// do not determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -113,7 +115,8 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// Voxels. Weighted least squares of |p - c|² - r²; empty: undetermined.
+/// Sphere fitted to facets by weighted least squares of |p - c|² - r², in voxels. Empty: the facets do not determine a
+/// sphere.
 struct Ball {
   dvec3 center;
   double radius;
@@ -123,8 +126,8 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q and c relative to the mean, |q|² = 2 q·c + k on the sphere. The equations for c and k are independent; k is
-  // the mean of |q|².
+  // With q and c relative to the mean point, |q|² = 2 q·c + k on the sphere. The equations for c and for k are
+  // independent; k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -135,13 +138,13 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
     square += f.area * glm::dot(q, q);
   }
   const double spread = square / 3;
-  // almost all in one plane
+  // Almost all facets are in one plane.
   if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;
   const dvec3 c = glm::inverse(normal) * right;
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Voxels from p to the last point inside, along `direction`.
+/// Distance from p along `direction` to the tissue's last point, voxels.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -155,9 +158,9 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// Where the cut's border meets the old surface: ordered points, voxels.
+/// The margin: curves where the border of the cut meets the old surface, as ordered points in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  constexpr double kLevel = 0.5;           // voxels of depth below the old surface at the margin
+  constexpr double kLevel = 0.5;           // voxels, depth below the old surface that defines the margin
   using Key = std::array<std::size_t, 4>;  // an edge between two points of the surface
   struct End {
     dvec3 p;
@@ -185,7 +188,7 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Open curves first, from one of their ends.
+  // Traces open curves first, from one of their ends.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -212,12 +215,12 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
   return curves;
 }
 
-/// Mean square distance from the Gaussian-smoothed curve (sigma in voxels), and length.
+/// Mean square distance of a curve from its smoothed copy (Gaussian of width sigma), and the curve's length. Voxels.
 std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigma) {
   double length = 0;
   for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
   if (length < 4 * sigma) return {0, 0};
-  // At equal distances.
+  // Samples the curve at equal distances.
   const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
   const double step = length / static_cast<double>(count);
   std::vector<dvec3> even;
@@ -252,9 +255,9 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Voxels, across the cavity's longer axis at height `w` along `axes.w`, without both ends.
+/// Smallest width of the cavity across its longer axis at height `w` along `axes.w`, without the rounded ends. Voxels.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Middle and longer axis from the moments of what was removed.
+  // Removed area's centre and longer axis, from its moments.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -278,7 +281,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Per cross-section: longest interval that was tissue, is empty and ends at walls.
+  // For each cross-section: the widest interval that was tissue, is now empty, and ends at walls on both sides.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -296,14 +299,14 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // still tissue just before: the interval begins at a wall
+        // The sample before it was and is tissue, so the interval begins at a wall.
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
         open = false;
       } else if (open && b >= 0) {
-        open = false;  // it ends in open air
+        open = false;  // the interval ends in open air
       }
       last = a, before_last = b;
     }
@@ -334,7 +337,7 @@ CavityReference without_measures(const Preparation& in) {
   return g;
 }
 
-/// Air connected to the box's border; other air is pores.
+/// Marks air that is connected to the border of the box. All other air is pores.
 std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
@@ -375,7 +378,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   const TrueDistances& before = known.before;
   const std::size_t count = after.distance.size();
 
-  // By the fraction of each voxel inside each surface.
+  // Volumes: sums of each voxel's fraction inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -396,7 +399,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Without the inside of pores, which no probe can reach; the volumes above include them.
+  // Facets inside pores are left out, because no probe can reach them. The volumes above include the pores.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -420,14 +423,15 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // Compared where the old surface or the ideal is farther than kNewSurface; new where it is deeper than that.
+    // The contour compares facets where the old surface or the ideal is more than kNewSurface away. A facet is new if
+    // it is deeper than kNewSurface below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // Near the edge of floor and wall, the gradient mixes both faces.
+    // At the floor's edge, the gradient mixes floor and wall.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
@@ -482,12 +486,13 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     std::vector<dvec3> thick_at;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // Shorter: samples on both sides of an edge.
+      // A shorter gradient has samples beyond an edge.
       if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Hard tissue from the wall to open air behind. With pulp between, it is no outer wall.
+      // Thickness of the hard tissue from the wall to the open air behind it. If pulp is between them, this is no outer
+      // wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

@@ -1,5 +1,5 @@
-// Removed or added tissue against the ideal, from dense distance fields, without state. Lengths in m, as exact as the
-// fields.
+// Compares removed or added tissue with the ideal, from dense distance fields. Functions without state. Lengths in m,
+// as exact as the fields.
 #pragma once
 
 #include <optional>
@@ -12,84 +12,86 @@
 
 namespace typodont::session {
 
-/// Before, after and ideal, on one grid.
+/// Tissue before and after the work, and ideal, on one grid.
 struct Preparation {
-  VoxelFrame frame;            // sample (0,0,0) is at its origin
+  VoxelFrame frame;            // sample (0,0,0) is at the frame's origin
   DenseField before, after;    // distance fields before and after the work
-  DenseField ideal;            // empty without an ideal
+  DenseField ideal;            // the ideal's distance field; empty if the task has none
   std::vector<Tissue> tissue;  // tissue of each voxel before the work
-  std::vector<bool> keep;      // must not be removed: a neighbouring tooth; may be empty
-  // unit vector out of the opening, from which a crown is placed
+  std::vector<bool> keep;      // voxels that must not be removed, such as a neighbouring tooth; may be empty
+  // Unit vector out of the opening. For a crown: the direction from which it is placed.
   dvec3 axis_W{0, 0, 1};
 };
 
 struct Place {
-  double depth = 0;  // m, off the ideal; 0: none
-  dvec3 p_W{0};      // m, if depth > 0
+  double depth = 0;  // m, distance from the ideal; 0: no deviation
+  dvec3 p_W{0};      // m, the point; valid if depth > 0
 };
 
-/// SI units. Empty where it does not apply, for example without a floor.
+/// Measures of a cavity in SI units. A measure is empty if it does not apply, for example without a floor.
 struct CavityMeasures {
   bool has_ideal = false;
-  double wanted = 0;        // m³ that the ideal removes or adds
-  double done = 0;          // m³ of `wanted` that is done
-  double over_volume = 0;   // m³ missing although the ideal has it
-  double under_volume = 0;  // m³ left although the ideal removes it, or excess filling
-  // farthest from the ideal, into the tissue and out of it
+  double wanted = 0;        // m³, volume that the ideal removes or adds
+  double done = 0;          // m³, part of `wanted` that is done
+  double over_volume = 0;   // m³, tissue that is missing although the ideal has it
+  double under_volume = 0;  // m³, tissue that is left although the ideal removes it, or excess filling
+  // Points farthest from the ideal: cut too deep (over), and tissue left (under).
   Place over, under;
-  // m, root mean square from the ideal, where the surface changed or should have; without closed pores
+  // Distance of the surface from the ideal, root mean square, m. Only where the surface changed or should have changed,
+  // and without closed pores.
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of the new surface
-  std::optional<double> floor_depth;     // m, mean below the old surface, along axis_W
-  std::optional<double> floor_flatness;  // m, root mean square from a plane
-  std::optional<double> floor_tilt;      // rad, from the plane across axis_W
-  // rad, total occlusal convergence: twice the walls' mean inclination; positive: opening outwards
+  std::optional<double> floor_depth;     // m, mean depth below the old surface, along axis_W
+  std::optional<double> floor_flatness;  // m, root mean square distance from a plane
+  std::optional<double> floor_tilt;      // rad, the floor's angle to the plane perpendicular to axis_W
+  // Total occlusal convergence: twice the mean inclination of the walls, rad. Positive: the cavity opens outwards.
   std::optional<double> taper;
-  // m, mean, perpendicular to the old surface (crown: axial reduction)
+  // Mean distance of the walls from the old surface, perpendicular to it, m. For a crown: axial reduction.
   std::optional<double> wall_depth;
-  // m, least hard tissue behind the walls, without the rim
+  // Smallest thickness of hard tissue behind the walls, m. The rim is left out.
   std::optional<double> wall_thickness;
-  std::optional<dvec3> thinnest_W;  // m, where
-  std::optional<double> isthmus;    // m, least width across the longer axis, at half depth
-  // m, root mean square from the margin smoothed over 0.25 mm
+  std::optional<dvec3> thinnest_W;  // m, frame W, place of the smallest thickness
+  std::optional<double> isthmus;    // m, smallest width across the longer axis, at half depth
+  // Distance of the margin from its curve smoothed over 0.25 mm, root mean square, m.
   std::optional<double> margin_roughness;
-  // m, least from the new surface, up to kPulpReach
+  // Smallest distance from new surface to pulp, m; at most kPulpReach.
   std::optional<double> pulp_distance;
-  std::optional<dvec3> nearest_pulp_W;  // m, on the new surface
-  std::optional<double> pulp_exposed;   // m²; empty without pulp
+  std::optional<dvec3> nearest_pulp_W;  // m, frame W, point of the new surface nearest to the pulp
+  std::optional<double> pulp_exposed;   // m², exposed area of the pulp; empty: no pulp
   struct Cup {
-    dvec3 center_W{0};  // m, W, of the sphere fitted to a reamed socket
-    double radius = 0;  // m, of that sphere
-    dvec3 axis_W{0};    // out of the opening, mean normal
+    dvec3 center_W{0};  // m, frame W, centre of the socket's fitted sphere
+    double radius = 0;  // m, radius of that sphere
+    dvec3 axis_W{0};    // unit vector out of the opening: the surface's mean normal
   };
   std::optional<Cup> cup;            // sphere fitted to a reamed socket
-  std::optional<double> cup_offset;  // m, from the ideal's centre
-  std::optional<double> cup_tilt;    // rad, from the ideal's axis
-  // m³ of tissue that must stay; empty without such.
+  std::optional<double> cup_offset;  // m, distance of the cup's centre from the ideal's
+  std::optional<double> cup_tilt;    // rad, angle between the cup's axis and the ideal's
+  // Removed tissue that had to stay, m³. Empty: none protected.
   std::optional<double> kept_removed;
 };
 
-/// m from the pulp that is measured.
+/// Largest distance from the pulp that is measured, m.
 inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// Of the result, and of the ideal, which a perfect hand reaches.
+/// Measures of the result, and of the ideal, which a perfect hand would reach.
 struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no ideal
 };
-/// Slow, and the same for all results of a task: depends on the tissue before and the ideal only.
+/// Data that depends only on the ideal and the tissue before the work, so one computation (slow) serves all results of
+/// a task.
 struct CavityReference {
   TrueDistances before;
   std::optional<TrueDistances> ideal;      // no value if the task has no ideal
   std::vector<bool> pulp;                  // true for each voxel of pulp
-  std::vector<std::size_t> to_pulp;        // nearest pulp voxel per voxel; empty without pulp
-  std::optional<CavityMeasures> measures;  // empty without an ideal
+  std::vector<std::size_t> to_pulp;        // index of the pulp voxel nearest to each voxel; empty if there is no pulp
+  std::optional<CavityMeasures> measures;  // measures of the ideal; empty: none
 };
 CavityReference cavity_reference(const Preparation& preparation);
-/// `reference`: same grid, same tissue before, same ideal.
+/// `reference` must come from the same grid, tissue before the work and ideal.
 CavityAndIdeal measure_against_ideal(const Preparation& preparation, const CavityReference& reference);
 
 }  // namespace typodont::session

@@ -37,7 +37,7 @@ std::string_view first_difference(const std::vector<Column<Message>>& columns, c
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded) {
   ServoTick comparable = replayed;
   comparable.cpu_time = recorded.cpu_time;
-  comparable.X_WT = recorded.X_WT;  // the hand's pose is the replay's input, so it is not compared
+  comparable.X_WT = recorded.X_WT;  // the pose is the replay's input, so it's not compared
   comparable.pedal = recorded.pedal;
   // These fault bits are not compared, because they depend on the force limits of the recorded device. A replay runs
   // without the device, so it cannot set these bits.

@@ -1,4 +1,4 @@
-// A replayed tick or cut against the recorded one, in the file's precision.
+// Compares a replayed tick or cut with the recorded one, in the precision of the file.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace typodont::session {
 
-/// First column that differs in a bit; empty: none. Skips what the servo does not compute: hand, pedal, CPU time, fault
-/// bits of other code. Units other than SI are rounded as in the file.
+/// Name of the first column with a different bit; empty: none. Skips what the servo does not compute: hand, pedal, CPU
+/// time, and fault bits of other code. Values in other units than SI are rounded as in the file.
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded);
 std::string_view differing_column(const Cut& replayed, const Cut& recorded);
 

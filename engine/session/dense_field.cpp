@@ -13,15 +13,16 @@ namespace typodont::session {
 
 namespace {
 
-// voxels from the nearest seed's surface point, up to which it is moved to the voxel's own
+// If the surface point of the nearest seed is nearer than this, it is moved to the voxel's own closest point. Voxels.
 constexpr float kRefineLimit = 20;
-// voxels, within which distances stay; more than a voxel's diagonal (1.73), so all corners at the surface do
+// Distances below this remain unchanged, voxels. More than a voxel's diagonal (1.73), so that all corners at the
+// surface remain.
 constexpr float kUnchangedBand = 1.8f;
-// voxels, by which the nearest seed's point may lie farther than the surface
+// Largest distance by which the nearest seed's point may be farther away than the surface, voxels.
 constexpr float kSeedGap = 0.4f;
 
-/// Per voxel: nearest seed's point (voxels) and number, and a squared distance that a nearer seed must fall below.
-/// Separate arrays, so that several voxels are computed at once.
+/// For each voxel: surface point (voxels) and number of the nearest seed, and a bound: only a seed with a smaller
+/// squared distance replaces it. Separate arrays, so that several voxels are computed at once.
 struct Nearest {
   float *bound, *x, *y, *z;
   std::uint32_t* seed;
@@ -29,11 +30,13 @@ struct Nearest {
   Nearest operator+(std::size_t by) const { return {bound + by, x + by, y + by, z + by, seed + by}; }
 };
 
-/// Larger than any squared distance. Without a seed, the point is too far for any neighbour to take.
+/// kNoBound is larger than any squared distance. kNoPoint is the point of a voxel without seed: too far away for its
+/// neighbours to use it.
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
-/// kRooted: the square of the rounded distance, for users of the distance; it can differ in the last bit.
+/// Bound for a squared distance. With kRooted: the square of the rounded distance, which can differ in the last bit,
+/// for callers that use the distance itself.
 template <bool kRooted>
 float bound_of(float square) {
   if constexpr (kRooted) {
@@ -44,7 +47,7 @@ float bound_of(float square) {
   }
 }
 
-/// Voxels (x, y, 0…n-1) of `to` take the seeds of `from` that are nearer.
+/// Each voxel (x, y, 0…n-1) of the row `to` takes the seed of its neighbour in the row `from` if that seed is nearer.
 template <bool kRooted>
 TYPODONT_INLINE void pass_to_row(int n, float x, float y, const Nearest& from, const Nearest& to) {
   float* const __restrict bound = to.bound;
@@ -72,7 +75,7 @@ void pass_exact(int n, float x, float y, const Nearest& from, const Nearest& to)
   pass_to_row<false>(n, x, y, from, to);
 }
 
-/// Along the row of n voxels at (x, y), up or down.
+/// Passes seeds along the row of n voxels at (x, y), up or down.
 template <bool kRooted>
 void pass_along(int n, bool up, float x, float y, const Nearest& row) {
   const int step = up ? 1 : -1;
@@ -97,13 +100,13 @@ void pass_along(int n, bool up, float x, float y, const Nearest& row) {
 using FourDoubles = double __attribute__((vector_size(32)));
 using TwoDoubles = double __attribute__((vector_size(16)));
 
-/// Trilinear at p (voxels) of `value(index)`: four lines along z at once, then two along y.
+/// Trilinear interpolation of `value(index)` at p (voxels): first four lines along z at once, then two along y.
 template <class Value>
 double interpolated(const DenseField& field, const glm::dvec3& p, const Value& value) {
   const glm::dvec3 q = glm::clamp(p, glm::dvec3(0), glm::dvec3(field.size - 1));
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(field.size - 2, glm::ivec3(0)));
   const glm::dvec3 f = q - glm::dvec3(i);
-  // To the other corners. A box can be one voxel thin.
+  // Index steps to the other corners of the cell. A box may be only one voxel thick.
   const auto nz = static_cast<std::size_t>(field.size.z), nyz = static_cast<std::size_t>(field.size.y) * nz;
   const std::size_t x = field.size.x > 1 ? nyz : 0, y = field.size.y > 1 ? nz : 0, z = field.size.z > 1 ? 1 : 0;
   const std::size_t at = field.at(i.x, i.y, i.z);
@@ -116,13 +119,13 @@ double interpolated(const DenseField& field, const glm::dvec3& p, const Value& v
   return along_y[0] + f.x * (along_y[1] - along_y[0]);
 }
 
-/// At p (voxels); empty if the gradient is too small.
+/// Surface normal at p (voxels). Empty: the gradient is too small.
 std::optional<glm::dvec3> normal_at(const DenseField& field, const glm::dvec3& p) {
   const glm::dvec3 g = field.gradient(p);
   return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
 }
 
-/// Nearest seeds for all voxels of a box.
+/// Finds the nearest seed for each voxel of a box.
 class NearestSeeds {
  public:
   explicit NearestSeeds(const glm::ivec3& size)
@@ -133,18 +136,18 @@ class NearestSeeds {
         seeds_(count_, kNone) {}
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// `p`: voxels.
+  /// Sets a voxel's seed. `p`: the seed's point, voxels.
   void set(std::size_t at, std::uint32_t seed, const glm::vec3& p, float bound) {
     bounds_[at] = bound;
     for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
     seeds_[at] = seed;
   }
-  /// Seeds and bounds of all voxels.
+  /// Results for all voxels: numbers of the seeds, and bounds.
   std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
   std::vector<float> bounds() && { return std::move(bounds_); }
 
-  /// Eight passes, one per combination of directions along the axes. A voxel takes a neighbour's seed if nearer. Rows
-  /// along x and y are finished first, so each passes its seeds to a whole row at once.
+  /// Eight passes, one for each combination of directions along x, y and z. A voxel takes the seed of a neighbour if
+  /// that seed is nearer. A finished row passes its seeds to a whole neighbouring row at once.
   template <bool kRooted>
   void pass_all() {
     const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;
@@ -170,7 +173,7 @@ class NearestSeeds {
  private:
   glm::ivec3 size_;
   std::size_t count_;
-  std::vector<float> bounds_, points_;  // points_: all x, all y, all z
+  std::vector<float> bounds_, points_;  // points_: all x, then all y, then all z
   std::vector<std::uint32_t> seeds_;
 };
 
@@ -198,7 +201,7 @@ TrueDistances::TrueDistances(DenseField field)
     : field_(std::move(field)), known_(field_.distance.size(), std::numeric_limits<float>::quiet_NaN()) {
   const glm::ivec3 n = field_.size;
   NearestSeeds nearest(n);
-  // From the gradient.
+  // Each voxel beside the surface becomes a seed; its closest surface point follows from the gradient.
   const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -213,7 +216,7 @@ TrueDistances::TrueDistances(DenseField field)
         const glm::dvec3 g = field_.gradient(p);
         const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
         const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-        // The field's own distance, unless another point is nearer.
+        // Starts with the distance that the field states; a nearer point of another seed replaces it.
         nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
         seeds_.push_back({closest, false, {}});
       }
@@ -251,11 +254,12 @@ bool TrueDistances::is_beside_surface(std::size_t at) const {
 float TrueDistances::computed(std::size_t at) const {
   const float given = field_.distance[at];
   if (nearest_[at] == NearestSeeds::kNone) return given;
-  // Near a solid that removes what is air, a composed field is small without a surface.
+  // A field composed of several solids can have small values far from any surface, near a solid that removes only air.
   const bool in_band = std::abs(given) <= kUnchangedBand;
   if (in_band && (reach_[at] <= std::abs(given) + kSeedGap || is_beside_surface(at))) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
-  // Along the surface to the voxel's own closest point. Many voxels share a seed, so its normal is computed once.
+  // Moves the seed's point along the surface to the voxel's own closest point. Many voxels share a seed, so its normal
+  // is computed once.
   const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
   const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
   Seed& seed = seeds_[nearest_[at]];

@@ -1,4 +1,4 @@
-// Distance samples as plain arrays, for scores and pictures. Only TrueDistances has state. Not for the servo thread.
+// Distance fields as plain arrays, for scores and pictures. Only TrueDistances has state. Not for the servo thread.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Voxels, negative inside; z is fastest; sample (0,0,0) is at the frame's origin.
+/// Signed distances in voxels, negative inside; z changes fastest. Sample (0,0,0) is at the frame's origin.
 struct DenseField {
   glm::ivec3 size{0};
   std::vector<float> distance;
@@ -21,49 +21,50 @@ struct DenseField {
                static_cast<std::size_t>(size.z) +
            static_cast<std::size_t>(z);
   }
-  /// Trilinear at p (voxels); outside, as at the nearest point of the box.
+  /// Trilinear interpolation at p (voxels). Outside of the box: the value at the nearest point of the box.
   double sample(const glm::dvec3& p) const;
-  /// At p (voxels), not normalised: central differences over `reach` voxels to either side.
+  /// Gradient at p (voxels), not normalised: central differences over `reach` voxels to either side.
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
-/// Of a voxel, at the signed distance `distance` (voxels) of its centre.
+/// Fraction of a voxel that is inside the surface. `distance`: signed distance of the voxel's centre, voxels.
 double fraction_inside(double distance);
 
-/// From a field that is right only near its surface, as after cuts. Closest points pass from voxel to voxel (Danielsson
-/// 1980, "Euclidean distance mapping"; here they may lie between voxels). Within 1.8 voxels of the surface nothing
-/// changes; without a surface nothing at all. Computed on first reading. One thread at a time.
+/// Corrects the distances of a field that is right only near its surface, as after cuts. Passes closest points from
+/// voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here, the points may be between voxels).
+/// Distances within 1.8 voxels of the surface do not change; a field without surface does not change at all. Each
+/// distance is computed when it is first read. One thread at a time.
 class TrueDistances {
  public:
-  TrueDistances() = default;  // of an empty box
+  TrueDistances() = default;  // an empty box
   explicit TrueDistances(DenseField field);
-  /// Voxels, by array index.
+  /// Distance in voxels. `at`: array index.
   float operator[](std::size_t at) const;
-  /// As DenseField::sample().
+  /// Interpolates as DenseField::sample() does.
   double sample(const glm::dvec3& p) const;
 
  private:
-  /// Closest point of a voxel beside the surface, and the normal there.
+  /// The surface point nearest to a voxel beside the surface, and the normal there.
   struct Seed {
     glm::vec3 closest;
     bool has_normal;                   // true: `normal` is computed
-    std::optional<glm::dvec3> normal;  // empty: gradient too small
+    std::optional<glm::dvec3> normal;  // empty: the gradient is too small
   };
   float computed(std::size_t at) const;
-  /// One of the 26 neighbours is on the other side.
+  /// True if one of the 26 neighbours is on the other side of the surface.
   bool is_beside_surface(std::size_t at) const;
 
   DenseField field_;
   mutable std::vector<Seed> seeds_;
-  std::vector<std::uint32_t> nearest_;  // nearest seed per voxel
-  std::vector<float> reach_;            // voxels to its closest point
-  mutable std::vector<float> known_;    // voxels, as far as read; NaN: not yet
+  std::vector<std::uint32_t> nearest_;  // number of the nearest seed for each voxel
+  std::vector<float> reach_;            // voxels, distance of each voxel from its seed's point
+  mutable std::vector<float> known_;    // voxels, distances that were already read; NaN: not yet
 };
 
-/// For all voxels.
+/// The field with the distances of TrueDistances at all voxels.
 DenseField redistanced(const DenseField& field);
 
-/// Array index of the nearest marked voxel; SIZE_MAX if none is marked.
+/// For each voxel: array index of the nearest marked voxel. SIZE_MAX if none is marked.
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
 
 }  // namespace typodont::session

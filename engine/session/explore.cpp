@@ -7,13 +7,13 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kReach = 0.75e-3;     // m around the tip that it explores
-constexpr double kMarkReach = 0.6e-3;  // m from mark to lesion, to be found
-constexpr double kStep = 0.2e-3;       // m of the tip between updates
-// voxels; less caries is noise
+constexpr double kReach = 0.75e-3;     // m, radius around the tip that counts as explored
+constexpr double kMarkReach = 0.6e-3;  // m, largest distance of a mark from its lesion
+constexpr double kStep = 0.2e-3;       // m, motion of the tip between two updates
+// Smallest lesion, voxels. Smaller pieces of caries are noise.
 constexpr std::size_t kLeastLesion = 8;
 
-/// each(index, squared distance) up to `reach` voxels from p.
+/// Calls each(index, squared distance) for voxels within `reach` of p.
 template <class Each>
 void around(const DenseField& field, const dvec3& p, double reach, Each&& each) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(p - reach)), glm::ivec3(0));
@@ -43,7 +43,7 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
     to_explore_[i] = std::abs(surface_.distance[i]) < 0.7f && (region.empty() || region[i]);
     surface_count_ += to_explore_[i];
   }
-  // Connected caries that reaches the surface in the region.
+  // A lesion: connected caries that reaches the region's surface.
   std::vector<bool> seen(lesion_.size());
   const auto is_caries = [&](std::size_t i) { return tissue[i] == Tissue::kCaries && surface_.distance[i] < 0.5f; };
   for (int x = 0; x < n.x; ++x) {

@@ -19,7 +19,7 @@ struct FilmOptions {
 /// The sound of a film.
 struct FilmSound {
   std::filesystem::path wav;
-  double from = 0;  // s, of the WAV file at the film's first frame
+  double from = 0;  // s, the WAV file's time at the film's first frame
 };
 
 /// Writes a film. Used by one thread. Frames are compressed as they arrive, and finish() creates the film completely or
@@ -31,11 +31,10 @@ class FilmWriter {
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  /// Adds a frame. `rgba`: width × height × 4 bytes in sRGB, the top row first; alpha is ignored. Returns false if no
-  /// encoder is running.
+  /// Adds a frame. `rgba`: width × height × 4 bytes in sRGB, the top row first; alpha is ignored. False if no encoder
+  /// is running.
   bool add(std::span<const std::uint8_t> rgba) noexcept;
-  /// Adds the sound if given, and completes the file. Returns true if the film exists; otherwise message() states
-  /// the reason.
+  /// Adds the sound if given, and completes the file. True if the film exists; otherwise message() states the reason.
   bool finish(const std::optional<FilmSound>& sound = std::nullopt) noexcept;
   /// States why no film exists or why the film is incomplete. Empty if the film is complete.
   const std::string& message() const noexcept;
@@ -45,7 +44,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Returns the path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
+/// The path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

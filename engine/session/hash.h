@@ -1,4 +1,4 @@
-// Whether forces have the same bits, and which files a session used.
+// Hashes that show whether forces have the same bits, and which files a session used.
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,15 @@
 
 namespace typodont::session {
 
-/// For example "fnv1a64:0123456789abcdef".
+/// The hash as text, for example "fnv1a64:0123456789abcdef".
 std::string to_text(const Fnv1a& hash);
 
-/// Every bit of forces and torques. All ticks in order from a default Fnv1a, in any pieces.
+/// Adds all bits of the forces and torques to a hash. Start with a default Fnv1a and pass all ticks in order, in any
+/// number of calls.
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept;
 
-/// Name without folder, size, SHA-256. Writes the same bytes to `copy`, unless null. Throws Error.
+/// Describes a file by its name without folder, size and SHA-256. If `copy` is given, also writes the file's bytes to
+/// it. Throws Error.
 SourceFile describe_file(const std::filesystem::path& file, std::ostream* copy = nullptr);
 
 }  // namespace typodont::session

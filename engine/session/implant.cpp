@@ -14,28 +14,28 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// of the phase's speed, above which there is a note
+// Factor on the phase's speed that causes a note.
 constexpr double kOverSpeed = 1.1;
-// s of work with a later phase's tool until that phase begins
+// s; after this time of work with a later phase's tool, that phase begins.
 constexpr double kSkipPhaseTime = 1.5;
-// s, for which a goal of smoothing, marking or checking must hold
+// s; the goal of smoothing, marking or checking must hold for this time.
 constexpr double kHeld = 0.3;
-// m above the required depth: drilled
+// m; the bed counts as drilled if the tip is less than this above the required depth.
 constexpr double kDrilled = 0.05e-3;
-// m above: checked with the gauge
+// m; the bed counts as checked if the gauge is less than this above the required depth.
 constexpr double kChecked = 0.25e-3;
-// m above: thread cut
+// m; the thread counts as cut if the tap is less than this above the required depth.
 constexpr double kThreaded = 0.3e-3;
-// N, below which there is no contact: the tool follows the hand
+// N; below this force there is no contact: the tool follows the hand.
 constexpr double kLeastContactForce = 0.05;
-// m above, at which an implant or screw counts as placed
+// m; an implant or screw counts as placed if it protrudes by less than this.
 constexpr double kLargestProtrusion = 1e-3;
-// m/s along the axis, above which the trainee moves the tool in
+// m/s along the axis; a faster tool counts as moving deeper.
 constexpr double kInsertionSpeed = 0.1e-3;
-constexpr double kInsertionFilterTime = 0.1;  // s, filter of the axial speed
-// m from the axis: the right site
+constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the axial speed's low-pass filter
+// m; a tip closer to the axis than this is at the right site.
 constexpr double kAtSite = 3e-3;
-// m below the entry; the angle is checked only deeper
+// m below the entry; the tool's angle is checked only from this depth on.
 constexpr double kOffAxisFrom = 1e-3;
 
 double volume_of(const ServoTick& tick) {
@@ -62,7 +62,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  // m between points of the path
+  // Distance between sampled points of the path, m.
   constexpr double kStep = 0.05e-3;
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
@@ -116,9 +116,9 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // A shell around the bed; shallow beds count as deep as wide.
+  // The heated bone is a shell around the bed; a shallow bed counts as deep as it is wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
-  // J/K of the heated bone
+  // Heat capacity of the heated bone, J/K.
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
   temperature_ += dt * HeatModel::fraction * tick.cutting_power / warmed;
@@ -152,7 +152,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   switch (phase.deed) {
     case ImplantAction::kSmooth:
     case ImplantAction::kMark:
-      // Enough was removed and the bur is out.
+      // The phase is done when enough is removed and the bur no longer touches.
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
@@ -213,17 +213,17 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Work is cutting or moving deeper, not pulling out: no note for the previous phase's tool.
+  // The trainee works only while cutting or moving deeper, so pulling out the last phase's tool causes no note.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // Smoothing or marking may go on with the same bur.
+  // The trainee may still smooth or mark with this bur.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
-  // After kSkipPhaseTime the phases before are skipped.
+  // If the trainee works with a later phase's tool for kSkipPhaseTime, the phases before that phase are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
@@ -242,7 +242,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // From the drills' positions in it.
+  // The bed's geometry follows from the drill's positions in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -275,7 +275,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
 
 ImplantMeasures ImplantMeter::result() const {
   ImplantMeasures out = measures_;
-  // The present, incomplete phase's curve.
+  // Completes the force curve of the current, unfinished phase.
   if (phase_ < out.phases.size()) {
     ForceCurve& curve = out.phases[phase_].force;
     curve.span = span_;
@@ -289,12 +289,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Where the bed's axis meets the platform's plane.
+  // Distance from the bed's bottom, along its axis, to the plane of the implant's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // outside() is 0 for a path through the bed.
+  // Distance between the bed and a path; 0 if the path goes through the bed.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

@@ -1,4 +1,4 @@
-// Implant surgery: plan, phases, evaluation of the ticks.
+// Implant surgery: plan, phases, and measures computed from the ticks.
 #pragma once
 
 #include <array>
@@ -15,28 +15,28 @@
 
 namespace typodont::session {
 
-/// ServoTick::level in the model "implant".
+/// Values of ServoTick::level with the contact model "implant".
 namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// A bed, or an implant without thread. SI, W.
+/// The cylinder of a bed, or of an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m, length and radius of the cylinder
-  /// m from the surface, negative inside.
+  /// Signed distance from the cylinder's surface, m; negative inside.
   double distance(const dvec3& p_W) const;
-  /// m, least from a polyline; from 0.3 mm on at most 1 µm too much.
+  /// Smallest distance of a polyline from the surface, m. Distances above 0.3 mm may be up to 1 µm too large.
   double distance(std::span<const dvec3> path_W) const;
 };
 
-/// SI, W.
+/// Planned position of the implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
   dvec3 axis_W{0, 0, -1};   // unit vector into the bone
   double length = 0;        // m, length of the implant
   double diameter = 0;      // m, outer diameter of the implant's thread
-  double bed_diameter = 0;  // m, of the last drill
+  double bed_diameter = 0;  // m, diameter of the last drill
   dvec3 apex_W() const { return entry_W + length * axis_W; }
   ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
 };
@@ -46,18 +46,18 @@ enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose 
 std::string_view name_of(ImplantAction deed) noexcept;
 std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
 
-/// SI.
+/// One phase of the procedure. SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
-  std::uint32_t tool = 0;  // in the session's list of tools
-  double depth = 0;        // m, tip below the entry
-  double volume = 0;       // m³, for kSmooth and kMark
-  double speed = 0;        // rad/s at most; 0: does not turn
+  std::uint32_t tool = 0;  // index in the session's list of tools
+  double depth = 0;        // m, required depth of the tip below the entry
+  double volume = 0;       // m³ to remove, for kSmooth and kMark
+  double speed = 0;        // rad/s, largest spindle speed; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
 };
 
-/// Within `radius` of the line a–b.
+/// A neighbouring tooth's root: all points closer than `radius` to the line from a to b.
 struct NeighbourRoot {
   dvec3 a_W{0}, b_W{0};
   double radius = 0;  // m, radius of the root
@@ -67,32 +67,32 @@ struct NeighbourRoot {
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;     // m per tool, from origin to tip
-  std::vector<double> radius;  // for each tool: its radius in m
-  double greatest_force = 0;   // N, above which it is over-force
-  double greatest_angle = 0;   // rad off the axis, with a warning above
-  // m below the planned depth, with a warning beyond
+  std::vector<double> tip;     // per tool: distance from its origin to its tip, m
+  std::vector<double> radius;  // for each tool: its radius, m
+  double greatest_force = 0;   // N; a larger force counts as over-force
+  double greatest_angle = 0;   // rad, largest angle between tool and planned axis without note
+  // m, largest depth below the planned depth without note
   double depth_tolerance = 0;
-  double canal_clearance = 0;  // m from the canal, with a warning below
-  std::vector<dvec3> canal_W;  // polyline; empty: none
+  double canal_clearance = 0;  // m, smallest distance from the nerve canal without note
+  std::vector<dvec3> canal_W;  // the canal's centre line as a polyline; empty: no canal
   double canal_radius = 0;     // m, radius of the nerve canal
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// add() in order; never allocates.
+/// Measures an implant exercise. Call add() with all ticks in order; it never allocates.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// Number of phases after the last one.
+  /// Index of the current phase; the number of phases after the last one.
   std::size_t phase() const { return phase_; }
-  /// For the trainee now.
+  /// The note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// m, tip below the entry, along the axis.
+  /// The tip's depth below the entry, along the axis, m.
   double depth() const { return depth_; }
-  double temperature() const { return temperature_; }  // °C, bone at the drill
+  double temperature() const { return temperature_; }  // °C, temperature of the bone at the drill
   const ImplantTask& task() const { return task_; }
 
  private:
@@ -110,17 +110,18 @@ class ImplantMeter {
   double depth_ = 0, temperature_ = HeatModel::body;
   bool started_ = false;
   Nanos last_t_ = 0;
-  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, up to the last tick, and in the phase
-  double held_ = 0;                                 // s, for which the phase's goal has held
-  double later_tool_time_ = 0;                      // s of a later phase's tool
-  bool works_ = false;                              // the tool in the hand works
-  double last_depth_ = 0;                           // m, tip in the last tick
+  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, removed: up to the last tick; in this phase
+  double held_ = 0;                                 // s, time for which the phase's goal has been met
+  double later_tool_time_ = 0;                      // s, time of work with a later phase's tool
+  bool works_ = false;                              // true while the tool cuts or moves deeper
+  double last_depth_ = 0;                           // m, depth of the tip in the last tick
   double insertion_speed_ = 0;                      // m/s along the axis, low-pass filtered
-  // Mean force per bin of contact time. At 2 · kBins bins, neighbours are joined, and each covers twice the time.
+  // Mean forces, one bin for each interval of contact time. When there are 2 · kBins bins, neighbours are joined, and
+  // each bin covers twice the time.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Over the drill's positions, for the bed's geometry.
+  // Sums and extreme values over the drill's positions, for the geometry of the bed.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

@@ -1,4 +1,4 @@
-// Implant surgery's measures, for score and report.
+// Measures of implant surgery, for score and report.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Shown as soon as their reason occurs.
+/// Warnings to the trainee, shown as soon as they apply.
 enum class ImplantNote {
   kNone,
   kWrongTool,
@@ -25,59 +25,60 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Bone near the bed as one mass, heated by a fraction of the cutting power, cooling towards the body. Parameters are
-/// estimates, except `harmful`: damage at 47 °C for a minute (Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107).
+/// Temperature of the bone near the bed, modelled as one mass: a fraction of the cutting power heats it, and the body
+/// cools it. All parameters are estimates except `harmful`: bone is damaged after a minute at 47 °C (Eriksson &
+/// Albrektsson, J Prosthet Dent 1983;50:101-107).
 struct HeatModel {
-  // Of the cutting power; chips take the rest.
+  // Fraction of cutting power into the bone; chips take the rest.
   static constexpr double fraction = 0.3;
-  static constexpr double shell = 1e-3;             // m, of heated bone around the bed
+  static constexpr double shell = 1e-3;             // m, thickness of heated bone around the bed
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from 1.9 g/cm³ and 1.3 J/(g K)
   static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
   static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
   static constexpr double body = 37, harmful = 47;  // °C, body temperature and temperature that damages bone
 };
 
-/// Mean force per equal interval of contact time.
+/// Mean forces for equal intervals of contact time.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, per interval
+  std::vector<float> across, along;  // N, mean force in each interval: across, along the axis
   double span = 0;                   // s, length of an interval of contact time
 };
 
 struct ImplantPhaseMeasures {
   std::array<std::string, kLanguageCount> name;
   bool done = false, skipped = false;
-  // s, first contact and end; negative: not yet
+  // Time of first contact and of phase end, s; negative: not yet.
   double began = -1, ended = -1;
   double force_max = 0;                           // N, largest force in the phase
-  double over_force = 0;                          // s above the force's limit
+  double over_force = 0;                          // s, time with a force above the limit
   double depth = 0;                               // m, largest depth below the planned entry point
   double hottest = HeatModel::body;               // °C, highest temperature of the bone
   std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
 };
 
-/// SI.
+/// Measures of the drilled bed. SI units.
 struct ImplantBedMeasures {
   bool found = false;
-  double entry_error = 0, apex_error = 0;  // m, entry and apex from the plan
-  double axis_error = 0;                   // rad from the planned axis
-  double depth = 0;                        // m below the planned entry
-  double canal_distance = 1e9;             // m, wall to wall
-  double neighbour_distance = 1e9;         // m, wall to nearest root
-  // from the tissue (measure_bed()), negative: unknown; m: mean, and largest minus smallest
+  double entry_error = 0, apex_error = 0;  // m, distance of entry and apex from the plan
+  double axis_error = 0;                   // rad, angle to the planned axis
+  double depth = 0;                        // m, depth below the planned entry
+  double canal_distance = 1e9;             // m, distance from the bed's wall to the canal's wall
+  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest root
+  // From the tissue (measure_bed()): mean diameter, and largest minus smallest diameter, m. Negative: unknown.
   double diameter = -1, ovality = -1;
-  double perforated = -1;  // of the wall's upper nine tenths, without bone behind
+  double perforated = -1;  // fraction of the upper nine tenths of the wall that has no bone behind it
 };
 
 struct ImplantMeasures {
   std::vector<ImplantPhaseMeasures> phases;
   ImplantBedMeasures bed;
   bool placed = false;
-  double insertion_torque = 0;       // N·m, largest during insertion
-  double bone_contact = -1;          // of the implant's surface; negative: unknown
-  double over_force = 0;             // s above the force's limit
+  double insertion_torque = 0;       // N·m, largest torque during insertion
+  double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative: unknown
+  double over_force = 0;             // s, time with a force above the limit
   double hottest = HeatModel::body;  // °C, highest temperature of the bone
-  double phases_done() const;        // 0..1
+  double phases_done() const;        // fraction of the phases that are done, 0 to 1
 };
 
 }  // namespace typodont::session

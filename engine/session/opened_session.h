@@ -1,4 +1,4 @@
-// A session file that is opened once: what was verified is what is read.
+// A session file that is opened only once, so that the verified bytes are the bytes that are read.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@ namespace typodont::session {
 
 class FileBytes;
 
-/// A session file, opened by its name once. Readers and the signature use only this descriptor, so a file that gets the
-/// same name later is never read. Copies share the descriptor.
+/// A session file, opened once by its name. Readers and signature checks use only this descriptor, so a file that gets
+/// the same name later is never read. Copies share the descriptor.
 class OpenedSession {
  public:
   /// Throws Error if the file cannot be opened. Its content is not checked.
   OpenedSession(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const;
-  /// Returns all bytes of the file, read at the first call. From then on all readers get these bytes, also if the file
-  /// changes. Throws Error.
+  /// All bytes of the file, read at the first call. From then on all readers get these bytes, also if the file changes.
+  /// Throws Error.
   std::span<const std::byte> bytes() const;
 
  private:

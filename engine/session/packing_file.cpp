@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kFormat = "typodont_packing";
 constexpr std::uint64_t kVersion = 1;
-// Over half a gigabyte: probably damaged.
+// Largest number of spheres. More need over half a gigabyte, so the file is probably damaged.
 constexpr hsize_t kMostSpheres = 16'000'000;
 
 std::string checksum_of(const SpherePacking& p) {
@@ -41,7 +41,8 @@ bool write_array(hid_t file, const char* name, hid_t type, hsize_t rows, hsize_t
   return dataset && H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
 }
 
-/// `rows`: required, or 0 for any from 1. resize(rows) returns the memory.
+/// Reads a dataset. `rows`: required number of rows; 0: any number from 1. resize(rows) must return the memory for
+/// them.
 template <class Resize>
 void read_array(hid_t file, const std::string& path, const char* name, H5T_class_t kind, hid_t type, hsize_t rows,
                 hsize_t columns, Resize&& resize) {
@@ -54,7 +55,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
   if (link.type != H5L_TYPE_HARD) refuse("a link to other data");
   H5 dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
   if (!dataset) refuse(h5_reason());
-  // External and virtual data could expose other files.
+  // External data files and virtual datasets could read other files.
   H5 layout(H5Dget_create_plist(dataset.get()), H5Pclose);
   if (H5Pget_layout(layout.get()) != H5D_CONTIGUOUS || H5Pget_external_count(layout.get()) != 0) {
     refuse("data outside of the file");
@@ -68,7 +69,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
-  // More numbers than the file holds, before memory is allocated.
+  // Compares the size with stored data before allocating memory.
   if (H5Dget_storage_size(dataset.get()) < extent[0] * columns * H5Tget_size(stored.get())) refuse("fewer numbers");
   void* to = resize(static_cast<std::size_t>(extent[0]));
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());
@@ -84,7 +85,7 @@ bool is_packing(const std::filesystem::path& file) {
 
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing) {
   const H5Quiet quiet;
-  // Sessions are .h5, too: a packing replaces only packings.
+  // Session files also end in .h5, so a packing may replace only packings.
   if (std::error_code code; std::filesystem::is_regular_file(file, code) && !is_packing(file)) {
     throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
   }

@@ -12,21 +12,22 @@ namespace typodont::session {
 
 namespace {
 
-// |cosine| of mesial and buccal, at most
+// Largest |cosine| between the mesial and buccal directions.
 constexpr double kSquare = 0.05;
-// cosine of normal and axis, above which it is floor, occlusal surface or shoulder; below, wall
+// If the cosine between normal and axis is larger than this, the place is floor, occlusal surface or shoulder;
+// otherwise wall.
 constexpr double kLevel = 0.7;
-// of Work::half_width from the middle: "central"
+// Fraction of Work::half_width within which the place is "central".
 constexpr double kCentral = 0.25;
 
-constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;  // m
+constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;  // m, limits of a place at the margin
 
-/// All tissue that was or should have been removed or added.
+/// Extent of all tissue that changed or should have changed.
 struct Work {
-  dvec3 middle_W{0};         // m, W, of the volume
-  double low = 0, high = 0;  // m along the axis
-  double half_width = 0;     // m from the middle, across axis_W
-  // the ideal has tissue in the middle: a crown's stump, a filling
+  dvec3 middle_W{0};         // m, frame W, centre of the volume
+  double low = 0, high = 0;  // m along the axis, lowest and highest point
+  double half_width = 0;     // m, largest distance from the axis through the middle
+  // True: the ideal has tissue in the middle, as a crown's stump or a filling.
   bool around_tissue = false;
 };
 
@@ -60,7 +61,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// Just below the old surface, beside tissue that the ideal removes.
+/// True if p_W is just below the old surface, beside tissue that the ideal removes.
 bool at_margin(const Preparation& in, const dvec3& p_W) {
   const dvec3 p = in.frame.to_voxels(p_W);
   if (in.ideal.distance.empty() || in.ideal.sample(p) > -0.5 ||
@@ -78,7 +79,7 @@ bool at_margin(const Preparation& in, const dvec3& p_W) {
   return false;
 }
 
-/// Counter-clockwise from mesial by 45°; buccal is at 90°.
+/// Sides every 45°, counter-clockwise from mesial; buccal: 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -112,7 +113,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
-  // 0 at the cervical end, 1 at the occlusal
+  // 0 at the cervical end, 1 at the occlusal end.
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   if (at_margin(in, p_W)) {
@@ -131,7 +132,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  // Cosine of viewing and side's direction, above which that side is seen.
+  // A side is seen if the cosine between the viewing direction and the side's direction is larger than this.
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };

@@ -1,4 +1,4 @@
-// Positions on a tooth: mesial, buccal, floor, occlusal third.
+// Names positions on a tooth: mesial, buccal, floor, occlusal third.
 #pragma once
 
 #include <optional>
@@ -12,30 +12,31 @@
 
 namespace typodont::session {
 
-/// In W. The task's axis points to the occlusal side.
+/// Orientation of a tooth in frame W. The task's axis points to the occlusal side.
 struct ToothSides {
-  // perpendicular unit vectors
+  // Perpendicular unit vectors to the mesial and the buccal side.
   dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};
 };
 
-/// "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z]}; empty without. Throws Error.
+/// Reads "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z]}. Empty if the scene has no such key. Throws
+/// Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
-/// Keys of the catalogue after "place.", in every language the same.
+/// A place's name: keys of the text catalogue after "place.".
 struct PlaceName {
-  std::string_view part;  // floor, wall (cavity); occlusal, axial, shoulder (crown, filling); margin, cut too far
-  std::string_view side;  // from the middle: mesial, …; or "central"
-  // Of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface.
+  std::string_view part;  // cavity: floor, wall; crown, filling: occlusal, axial, shoulder; cut too far: margin
+  std::string_view side;  // direction from the middle: mesial, …; or "central"
+  // Third of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface.
   std::string_view third;
 };
 
-/// Relative to all tissue that changed or should have.
+/// Names the place of p_W, relative to all tissue that changed or should have changed.
 PlaceName place_name(const Preparation& preparation, const ToothSides& tooth, const dvec3& p_W);
 
-/// Occlusal, mesial, distal, buccal or lingual; empty in between and from below.
+/// The side that a viewer sees: occlusal, mesial, distal, buccal or lingual. Empty for oblique views and from below.
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W);
 
-/// For example "mesiobuccal wall, occlusal third".
+/// The place as text, for example "mesiobuccal wall, occlusal third".
 std::string place_text(const PlaceName& place, Language language);
 
 }  // namespace typodont::session

@@ -57,8 +57,7 @@ bool plain_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// Returns the length of the longest beginning of the text that has at most `size` bytes and does not split a UTF-8
-/// character.
+/// The length of the longest beginning of the text that has at most `size` bytes and does not split a UTF-8 character.
 std::size_t piece_of(std::string_view text, std::size_t size) {
   if (text.size() <= size) return text.size();
   std::size_t n = size;
@@ -66,8 +65,8 @@ std::size_t piece_of(std::string_view text, std::size_t size) {
   return n;
 }
 
-// HDF5 can crash if memory runs out in one of its functions.
-constexpr std::size_t kRoomToCreate = 32 << 20, kRoomToWrite = 4 << 20;  // bytes
+// Bytes that must be free to create a file, and for a write: HDF5 can crash if memory runs out inside a call.
+constexpr std::size_t kRoomToCreate = 32 << 20, kRoomToWrite = 4 << 20;
 
 PerTissue in_mm3(const PerTissue& volumes) {
   PerTissue result = volumes;
@@ -182,13 +181,13 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
 
   require_memory(kRoomToCreate);
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  // SWMR (single writer, multiple readers) needs this version of the file format
+  // SWMR (single writer, multiple readers) needs this file format version
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
-  // Sets a small cache for every dataset. Rows are written in order, so the cache of a column must only hold the
-  // present chunk. HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because
-  // SWMR mode opens the datasets again, and their own settings are then lost.
+  // Sets a small cache for every dataset. Rows are written in order, so a column's cache must only contain the current
+  // chunk; HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because SWMR mode
+  // opens the datasets again without their own settings.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
@@ -273,10 +272,9 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk of the table should become full shortly before a flush is due. Then the flush writes the full chunk, and
-  // each chunk is written only once. So the size of a chunk is this fraction of the rows that arrive in a flush
-  // interval at the servo's nominal rate. With 0.9, a chunk is full in time if the servo runs at nine tenths of its
-  // nominal rate or faster.
+  // A chunk should become full shortly before a flush is due, so that each chunk is written only once. Its size is this
+  // fraction of the rows that arrive in a flush interval at the servo's nominal rate. With 0.9, a servo at nine tenths
+  // of this rate still fills the chunk in time.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);

@@ -1,5 +1,6 @@
-// Written while the session runs, by the recorder thread: append() from its queues, heartbeat() often. A killed process
-// loses half a second. SWMR: other processes can read after every flush. Layout: docs/session_format.md.
+// Writes a session file while the session runs. The recorder thread calls append() with the data of its queues, and
+// heartbeat() often. If the process is killed, half a second is lost. Other processes can read the file after every
+// flush (SWMR). Format: docs/session_format.md.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +18,23 @@
 namespace typodont::session {
 
 struct WriterOptions {
-  // ns, longest time in memory only, with heartbeat()
+  // Longest time that data is only in memory if heartbeat() is called often, ns.
   Nanos flush_interval = kNanosPerSecond / 2;
-  int deflate = 3;  // deflate, 1..9
-  // Free bytes: below `disk_needed` the constructor throws Error, below `disk_low` there is a warning, below
-  // `disk_reserve` (about two flushes with journal) rows are lost and counted.
+  int deflate = 3;  // compression level of HDF5's filter deflate, 1 to 9
+  // Free space on the disk, bytes: below `disk_needed` the constructor throws Error; below `disk_low` there is a
+  // warning; below `disk_reserve` (about two flushes with journal) rows are lost and counted.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
-  std::function<std::uint64_t()> free_bytes;  // bytes; empty: asks the file system
-  // A temporary name until start(): only a session that runs replaces an older recording.
+  std::function<std::uint64_t()> free_bytes;  // returns the free space, bytes; empty: asks the file system
+  // The file has a temporary name until start(), so that only a session that runs replaces an older recording.
   bool named_by_start = false;
-  // A temporary file that finish() renames. For results, not for live sessions.
+  // The file is temporary until finish() renames it. For results, not for live sessions.
   bool whole_or_nothing = false;
-  // Copies a recording: events are given, not derived from ticks.
+  // Copies a recording: the caller passes the events; they are not derived from the ticks.
   bool rewrites = false;
-  Lost lost_before;  // of the copied recording
+  Lost lost_before;  // losses of the recording that is copied
 };
 
-/// `message`: for the user, after a failure or near the disk's end.
+/// State of the recording. `message` is for the user, after a failure or if the disk is almost full.
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
@@ -42,37 +43,37 @@ struct WriterStatus {
   std::string message;
 };
 
-/// One thread at a time. The noexcept functions count losses in status(), and the session goes on; without memory, the
-/// recording ends. The constructor throws Error.
+/// Writes one recording; one thread at a time. The noexcept functions count losses in status(), and the session
+/// continues. If memory runs out, the recording ends. The constructor throws Error.
 class SessionWriter {
  public:
   SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options = {});
-  ~SessionWriter();  // writes what is buffered; unfinished, as after a kill
+  ~SessionWriter();  // writes the buffered rows; without finish(), the file is unfinished, as after a kill
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  /// Gives the file its name, with named_by_start. Throws Error.
+  /// With named_by_start, gives the file its final name. Throws Error.
   void start();
 
-  // A tick's cut and patch come first, so the file is complete up to its last tick.
+  // Append the cut and the patch use of a tick before the tick, so that the file is complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;
   void append(const SessionEvent& event) noexcept;
   void event(Nanos t, EventKind kind, std::string_view text) noexcept;
-  /// Of the servo loop so far, for the next flush.
+  /// The servo loop's timing so far; written by the next flush.
   void loop(const LoopReport& report) noexcept;
-  /// To header.streams[stream], a value per column.
+  /// Appends a row to header.streams[stream], one value for each column.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
-  /// Total drops of the queues (Ring::dropped()).
+  /// Sets how many values the queues dropped (Ring::dropped()).
   void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
-  /// What is older than the flush interval. At least every 100 ms.
+  /// Writes rows that are older than the flush interval. Call at least every 100 ms.
   void heartbeat() noexcept;
-  /// All so far; the operating system then has it.
+  /// Passes all rows so far to the operating system.
   void flush() noexcept;
-  /// The rest and the result. False: data is missing (status()).
+  /// Writes remaining rows and the result. False: data is missing (status()).
   bool finish(const SessionResult& result) noexcept;
 
   const WriterStatus& status() const noexcept;

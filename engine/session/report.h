@@ -18,12 +18,12 @@
 
 namespace typodont::session {
 
-/// The main results of a session, for comparison with other sessions.
+/// A session's main results, for comparison with other sessions.
 struct SessionSummary {
   std::string file, date, trainee, scene;
   bool truncated = false;
   Score score;
-  TaskText title;  // title of the scene's task; empty if there is none
+  TaskText title;  // title of the scene's task; empty: none
 };
 
 /// The result of checking a recording by replay.
@@ -31,8 +31,7 @@ struct Verification {
   // kOtherLaw: the recording was made with another force law, so its hand was run again with today's law
   enum class State { kNotChecked, kIdentical, kDiffers, kOtherLaw } state = State::kNotChecked;
   std::string what;  // description of the first difference between recording and replay
-  // Only with kOtherLaw: the difference between the forces (N), and the removed volume (m³) with today's law and in the
-  // recording.
+  // Only with kOtherLaw: difference between the forces, N; removed volume with today's law and in the recording, m³.
   double force_rms = 0, force_max = 0, removed = 0, removed_before = 0;
 };
 
@@ -43,12 +42,12 @@ struct ReportOptions {
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session file
   std::optional<Score> score;                 // the score; if there is no value, score_session() computes it
   std::optional<ScoreInput> input;  // input of the score, if more measures are known than the session file contains
-  // result: the final surface with its deviation from the ideal (target shape); ideal: the surface of the ideal
+  // Final surface, with deviations from the ideal; the ideal's surface.
   std::optional<ResultModel> result, ideal;
   std::optional<Preparation> preparation;  // geometry from which sections are drawn
   std::vector<Remark> remarks;
-  std::vector<Defect> defects;    // with the strokes that made them
-  bool encloses_nothing = false;  // true if the tissue is an open surface, so that only the removed tissue has a volume
+  std::vector<Defect> defects;    // defects of the result, with the strokes that made them
+  bool encloses_nothing = false;  // true: the tissue is an open surface, so that only the removed tissue has a volume
   std::vector<SessionSummary> earlier;  // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;
 };
@@ -56,15 +55,15 @@ struct ReportOptions {
 /// Reads a PNG picture for a report or a session. Throws Error if the file is no PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// Returns the volumes, hand measures and result that the session contains, as the input of the score. If the session
-/// has no result, the final volume is computed as the initial volume minus the volume that the ticks removed.
+/// The volumes, hand measures and result that the session contains, as the input of the score. If the session has no
+/// result, the final volume is computed as the initial volume minus the volume that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
 /// Computes the score with the rules in the session's scene.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// Returns the main results of a session. If `score` has no value, score_session() computes the score.
+/// The main results of a session. If `score` has no value, score_session() computes the score.
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
 /// Writes a page about the sessions of one trainee. For each scene, it shows how the score and its main items changed

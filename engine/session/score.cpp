@@ -13,12 +13,12 @@ namespace typodont::session {
 
 namespace {
 
-// Hz, high-pass: tremor is at 8 to 12 Hz, intended motion below 3 Hz
+// Cutoff of the high-pass filter for tremor, Hz. Tremor is at 8 to 12 Hz, intended motion below 3 Hz.
 constexpr double kTremorCutoff = 5.0;
-// s of averaging before the path length, which tremor would lengthen
+// Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
-constexpr double kLeastRemoved = 1e-15;  // m³, least of a stroke
+constexpr double kFreeBetween = 0.1;     // s; a longer pause in contact ends a stroke
+constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removes less is no stroke
 
 }  // namespace
 
@@ -28,7 +28,7 @@ void set_scored_times(std::span<ServoTick> ticks, double servo_rate) {
 
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Second-order Butterworth, bilinear, pre-warped.
+  // Second-order Butterworth filter by the bilinear transform with pre-warping.
   const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = norm;
@@ -39,12 +39,12 @@ HandMeter::HandMeter(double servo_rate)
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
-    const bool held = tick.faults & bits(Fault::kHeld);  // emergency key: no force, no cut
+    const bool held = tick.faults & bits(Fault::kHeld);  // emergency key is on: no force, no cut
     if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // As if rested at p; a start at the origin would look like tremor.
+      // The filter starts as if the hand had rested at p; a start at the origin would look like tremor.
       filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;
@@ -106,13 +106,13 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// All but caries and old fillings.
+/// True for all tissues except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
-constexpr double kMm3 = 1e9;  // number of mm³ in a m³
-// For full points; the tip cannot reach all.
+constexpr double kMm3 = 1e9;  // mm³ per m³
+// Explored fraction for full points; the tip cannot reach everything.
 constexpr double kEnoughExplored = 0.9;
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
@@ -128,7 +128,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// mm³ cut too much (`sign` = 1) or too little (-1): from the voxels if measured, else from volumes.
+/// Volume cut too much (`sign` = 1) or too little (-1), mm³: from the voxels if they were measured, else from the
+/// tissues' volumes.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -137,13 +138,13 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// Name, unit, better direction, computation.
+/// A measure of the score: name, unit, better direction, and the function that computes it.
 struct Measure {
   const char* name;
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
-  bool of_hand = false;  // of the hand's motion, not the tissue
+  bool of_hand = false;  // true: measures the hand's motion; false: the tissue
   Basis basis = Basis::kReplay;
 };
 
@@ -152,7 +153,7 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-/// In the report's unit.
+/// A measure of the cavity, in the report's unit.
 template <auto Member>
 std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
   if (!in.cavity) return std::nullopt;
@@ -165,7 +166,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// Negative: unknown.
+/// A measure of the implant's bed; empty if the number is negative (unknown).
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -178,9 +179,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-// in its unit, below which it is 0
+// Smaller values, in the measure's unit, count as 0.
 constexpr double kLeastMeasured = 1e-6;
-// m³, below which no work was done
+// If less tissue changed, no work was done, m³.
 constexpr double kLeastChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {
@@ -337,8 +338,8 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Exploration: mean of lesions found and surface explored; implant: phases; ideal: its changes; otherwise caries
-/// removed, or 1 once anything was cut or filled. Without work: 0.
+/// Completed fraction of the task. Exploration: mean of lesions found and surface explored; implant: finished phases;
+/// with an ideal: changes that it plans; otherwise removed caries, or 1 once anything was cut or filled.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -362,7 +363,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// Beyond the rule's target.
+/// How far the value is beyond the rule's target.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -418,7 +419,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal, some healthy tissue must go to reach the caries: it costs beyond the caries' volume.
+  // Without an ideal: some healthy tissue must be removed to reach the caries, so only more than the caries' volume
+  // costs points.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -455,7 +457,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Of a perfect hand: the tissue equals the ideal.
+/// The input of a perfect hand: the tissue equals the ideal.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -466,8 +468,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// Without a target: the ideal's value, or else (hand, exploration, no ideal) the default. `input`: nullptr before
-/// measuring.
+/// Reads rules. A rule without target gets the ideal's value, or the default: for measures of the hand, for
+/// explorations, and without an ideal. `input`: nullptr if nothing is measured yet.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -489,7 +491,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
       const auto value = value_of(*measure, as_the_ideal(*input));
       if (!value && input->cavity_ideal)
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
-      if (!value) continue;  // the ideal (target shape) has no such measure
+      if (!value) continue;  // the ideal has no such measure
       rule.target = *value;
     }
     rule.tolerance = entry["tolerance"].number(1e-9);
@@ -526,7 +528,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal that leaves caries or opens the pulp becomes the target and gets the full score.
+    // If the ideal itself leaves caries or opens the pulp, its value becomes the target, so that it gets the full
+    // score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -559,7 +562,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // Asked for, but not there: no points.
+    // The task asks for this measure, but it does not exist: no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -579,7 +582,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     }
     if (input.cavity && rule.name == "wall_thickness_mm") item.place_W = input.cavity->thinnest_W;
     if (input.cavity && rule.name == "pulp_distance_mm") item.place_W = input.cavity->nearest_pulp_W;
-    // Hyperbola: worse always costs more.
+    // Points fall as a hyperbola: a worse value always costs more.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));
@@ -591,7 +594,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     sum += item.points;
   }
   total.full = weights > 0 ? 100 : 0;
-  // rounding may exceed 100
+  // Rounding may give a sum above 100.
   total.points = std::min(total.full, total.completion * sum);
   return total;
 }

@@ -1,4 +1,4 @@
-// Measures to points, each item explained. Perfect is full, worse is lower.
+// Converts measures to points, and explains each item. A perfect result gets full points, a worse one fewer.
 #pragma once
 
 #include <optional>
@@ -16,22 +16,24 @@
 
 namespace typodont::session {
 
-/// Sets the times for a score: tick index / rate, which a replay checks. The recorded times are only its input.
+/// Sets the time of each tick for a score to tick index / rate, which a replay can check. It cannot check the recorded
+/// times, which are its input.
 void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
 
-/// From the ticks, in the report's order.
+/// Measures of the hand's motion, computed from the ticks, in the order of the report.
 struct HandMeasures {
-  double time = 0;           // s, first to last tick
+  double time = 0;           // s, from the first to the last tick
   double contact_time = 0;   // s, time in which the head touched tissue
   double force_mean = 0;     // N, mean force over the ticks with contact
   double force_max = 0;      // N, largest force in the session
-  double path_length = 0;    // m, of the hand (not the proxy), without tremor
-  int strokes = 0;           // contacts that cut
-  double tremor_rms = 0;     // m, root mean square above 5 Hz, in contact
+  double path_length = 0;    // m, path of the hand, not the proxy; without tremor
+  int strokes = 0;           // number of contacts that removed tissue
+  double tremor_rms = 0;     // m, root mean square motion above 5 Hz, in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
-/// add() in order, in any pieces. Memory does not grow with the session.
+/// Computes HandMeasures. Call add() with all ticks in order, in any number of calls. Memory does not grow with the
+/// session.
 class HandMeter {
  public:
   explicit HandMeter(double servo_rate);
@@ -39,7 +41,7 @@ class HandMeter {
   HandMeasures result() const;
 
  private:
-  struct Filter {  // second-order high-pass per axis
+  struct Filter {  // state of the second-order high-pass filter, for each axis
     dvec3 x1{0}, x2{0}, y1{0}, y2{0};
   };
   void end_stroke();
@@ -51,7 +53,7 @@ class HandMeter {
   Nanos t_first_ = 0, t_last_ = 0;
   std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
-  // Path: between mean positions of short intervals.
+  // Path length: sum between the mean positions of short intervals.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
@@ -63,18 +65,18 @@ class HandMeter {
   int strokes_ = 0;
 };
 
-/// By a rotating bur, beside the tooth.
+/// Damage by a rotating bur to tissue beside the tooth.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;  // the scene has such
-  // m³ that the bur passed through
+  bool neighbours = false, gum = false;  // true: the scene has neighbouring teeth, or gum
+  // Volume that the bur passed through, m³.
   double neighbour_volume = 0, gum_volume = 0;
-  /// Without a pause.
+  /// One touch, without a pause.
   struct Touch {
     bool gum = false;
-    std::uint64_t first = 0, last = 0, worst = 0;  // ticks; worst: most new volume
+    std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: with the most new volume
     std::uint32_t tool = 0;
     double volume = 0;  // m³
-    dvec3 p_W{0};       // m, in the head at the worst tick
+    dvec3 p_W{0};       // m, frame W, point in the head at the worst tick
   };
   std::vector<Touch> touches;
 };
@@ -93,51 +95,52 @@ struct ScoreInput {
   PerTissue before{};              // m³ of each tissue at the start
   PerTissue after{};               // m³ of each tissue at the end
   std::optional<PerTissue> ideal;  // m³ of each tissue in the ideal result
-  // Mean of the removed part, 0..1 of the tissue's own; 0: nothing removed. Empty: uniform hardness.
+  // Mean hardness of the removed part of each tissue, 0 to 1; 0: nothing removed. Empty: all tissues have uniform
+  // hardness.
   std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
-  std::optional<double> pulp_distance;         // m, from the cut surface
-  std::optional<CavityMeasures> cavity;        // empty: not measured
-  std::optional<CavityMeasures> cavity_ideal;  // of the ideal
+  std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
+  std::optional<CavityMeasures> cavity;        // measures of the result; empty: not measured
+  std::optional<CavityMeasures> cavity_ideal;  // the same measures of the ideal
   std::optional<ExploreMeasures> explore;      // exists only for an exploration task
-  std::optional<DamageMeasures> damage;        // with neighbouring teeth or gum only
-  std::optional<HeatMeasures> heat;            // with "heat" in the scene only
+  std::optional<DamageMeasures> damage;        // exists only for scenes with neighbouring teeth or gum
+  std::optional<HeatMeasures> heat;            // exists only for scenes with the key "heat"
   std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
 };
 
-/// For the user; also a key of the catalogue.
+/// Source of the default pass mark, as the user sees it; also a key of the text catalogue.
 inline constexpr std::string_view kDefaultPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 
-/// Side of the target that loses points.
+/// On which side of the target a value loses points.
 enum class Best { kAtMost, kAtLeast, kNear };
 
-/// Off by `tolerance`: half the points; by twice that: a third.
+/// A value that is off the target by `tolerance` gets half of the points; by twice that, a third.
 struct ScoreRule {
   std::string name;  // name of the measure, one of known_score_names()
   double target = 0;
   double tolerance = 1;
-  // Relative; all give 100. 0: shown only.
+  // Relative weight; the weights of all items together give 100 points. 0: only shown.
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // publication from which target and tolerance were taken
-  // The scene lists it: without the measure (such as a floor's depth), no points.
+  // True: the scene lists the rule. If its measure does not exist (such as the depth of a floor), it gives no points.
   bool asked = false;
 };
 
-/// States what a value is computed from, and so what guarantees it.
+/// What a value is computed from, and so its guarantee.
 enum class Basis {
-  kReplay,  // tissue, forces, poses
-  kTicks,   // these, number of ticks and servo rate
-  kHand     // the recorded hand, input of a replay: only a signature protects it
+  kReplay,  // computed from tissue, forces and poses, which a replay checks
+  kTicks,   // also from the number of ticks and the servo rate
+  kHand     // computed from the recorded hand, which is a replay's input: only a signature protects it
 };
 
 struct ScoreItem {
   std::string name;
   Basis basis = Basis::kReplay;
-  double value = 0;  // NaN: not measured, no points
+  double value = 0;  // NaN: not measured, gives no points
   std::string unit;
-  // m, W, where it is worst; empty: no such point
+  // Point where the result is worst, m, frame W. Empty: there is no such point.
   std::optional<dvec3> place_W;
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
@@ -156,38 +159,40 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
-  // 0..1, multiplies the sum, so that no work scores 0: lesions found and surface explored, phases, planned changes, or
-  // caries; otherwise 1 once anything was cut or filled.
+  // Completed fraction, 0 to 1, by which the sum is multiplied, so that no work scores 0. It is the fraction of lesions
+  // found and surface explored, of phases, of planned changes or of caries; otherwise 1 once anything was cut or
+  // filled.
   double completion = 1;
   PassMark pass;
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// Less of its full points than the pass mark.
+  /// True if the item got a smaller fraction of its points than the pass mark.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Where neither rule nor ideal has one; empty: none.
+/// Default target of a measure, used if neither the rule nor the ideal has one. Empty: there is none.
 std::optional<double> default_target(std::string_view score_name);
 
-/// For scenes without rules.
+/// Rules for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}. A rule replaces the
-/// default of its name; "defaults": false: no defaults. Target: stated, else the ideal's, else (hand, no ideal) the
-/// default; an ideal that would miss a default replaces it. Throws Error.
+/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}. A rule replaces
+/// the default rule with its name; "defaults": false removes all defaults.
+/// Target: as stated, else the ideal's value, else the default (always for the hand). If the ideal would miss a default
+/// target, the ideal's value replaces it. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// The same keys in "task", beside others.
+/// Reads these keys from "task", which has other keys too.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// Names, kinds and ranges. Throws Error.
+/// Checks names, kinds and ranges of the rules. Throws Error.
 void check_rules(const Json& block);
-/// "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}, or the default. Throws Error.
+/// Reads "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}; the default if it is missing. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Items without value and their weight are left out, unless the task asks for them and the geometry was measured: no
-/// points.
+/// Computes the score. An item without value, and its weight, is left out. Exception: the task asks for it and the
+/// geometry was measured; then it gives no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

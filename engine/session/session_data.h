@@ -37,18 +37,18 @@ struct StreamSpec {
 /// Data that is known before the first tick. A replay needs nothing else besides the ticks.
 struct SessionHeader {
   std::string scene_json;         // the complete scene as JSON, with all overrides
-  std::string rig_json;           // the complete rig as JSON; empty if there is no rig
-  std::vector<SourceFile> files;  // the files from which the scene and the rig were built
+  std::string rig_json;           // complete rig as JSON; empty if there is none
+  std::vector<SourceFile> files;  // source files of the scene and the rig
   std::string hand;               // address of the hand's device, for example "script:hand.csv"
   std::string trainee;            // free text that names the trainee; empty if unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
   std::vector<std::string> tools;       // name or JSON text of each tool; Cut::tool is an index into this list
   std::vector<StreamSpec> streams;      // streams that are recorded in addition to the ticks
-  std::string model = "offset";         // name of the contact model; its parameters are in the scene
-  std::uint64_t force_law = kForceLaw;  // version of the force law that gave the ticks; 0: not stated
+  std::string model = "offset";         // contact model's name; its parameters are in the scene
+  std::uint64_t force_law = kForceLaw;  // version of the ticks' force law; 0: not stated
   double servo_rate = 1000;             // Hz, rate of the servo
   double position_step = 0;             // m, smallest step of the hand's device (one encoder count); a replay needs it
-  bool gives_torque = true;             // true if the hand's device can apply torque; a replay needs it
+  bool gives_torque = true;             // true: the device can apply torque; needed by a replay
   // Highest frequency, in Hz, of the spindle vibration that the hand's device rendered. A replay needs this value.
   double vibration_band = 0;
   double voxel = 0;            // m, edge of a voxel
@@ -59,7 +59,7 @@ struct SessionHeader {
   static std::string compiler_of_this_build();
 };
 
-/// Returns the present date and time, for example "2025-03-14T09:26:53Z".
+/// The current date and time, for example "2025-03-14T09:26:53Z".
 std::string iso_date_now();
 
 enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore, kPiece };
@@ -72,14 +72,14 @@ struct FaultName {
   std::string name;  // name of the fault in files, for example "bad_input"
 };
 const std::vector<FaultName>& fault_names();
-/// Returns the name of a fault bit, for example "stale_patch", or "unknown" for other values.
+/// The name of a fault bit, for example "stale_patch", or "unknown" for other values.
 std::string_view fault_name(std::uint32_t bit) noexcept;
 
 /// An event of a session: a change of tool, a change of view, the beginning of a fault, or an instructor's note.
 struct SessionEvent {
   Nanos t = 0;  // ns, time since the session's start
   EventKind kind = EventKind::kNote;
-  std::string text;  // UTF-8; free text, or JSON if this kind of event has parameters
+  std::string text;  // UTF-8; free text, or JSON for events with parameters
   bool operator==(const SessionEvent&) const = default;
 };
 
@@ -91,15 +91,15 @@ struct Lost {
   // number of ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  // number of other records (changes of the servo's tissue copy, events, stream samples) lost because the disk was full
-  // or failed
+  // Number of other records lost because the disk was full or failed: changes of the servo's tissue copy, events,
+  // stream samples.
   std::uint64_t other_disk = 0;
   std::uint64_t other_ring = 0;     // number of other records (as in other_disk) lost because a queue was full
   std::uint64_t pictures_disk = 0;  // number of pictures of the result lost because the disk was full or failed
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
 };
-/// Returns the numbers as text, for example "12 ticks, 1 pictures"; empty if nothing was lost.
+/// The numbers as text, for example "12 ticks, 1 pictures"; empty if nothing was lost.
 std::string in_words(const Lost& lost);
 
 /// A gap in a recording: an interval in which ticks or cuts are missing, although later ones exist. The cause is a full
@@ -110,24 +110,24 @@ struct Gap {
   std::uint64_t ticks = 0, cuts = 0;  // number of missing ticks and cuts
   bool operator==(const Gap&) const = default;
 };
-/// Returns the gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, the text lists the
-/// first three gaps and states the number of other gaps.
+/// The gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, the text lists the first
+/// three gaps and states the number of other gaps.
 std::string in_words(const std::vector<Gap>& gaps);
 
-/// A picture that is stored in the session for its report.
+/// A picture stored in the session for its report.
 struct SessionPicture {
   // Name such as "before", "after" or "during_2". The report uses it to sort the pictures and to choose their titles.
   std::string name;
-  std::string title;  // title for the report; if empty, it is derived from the name
+  std::string title;  // title for the report; if empty, derived from the name
   std::vector<std::uint8_t> png;
   bool operator==(const SessionPicture&) const = default;
 };
 
-/// Data that is known only at the end of the session.
+/// Data that is known only at the session's end.
 struct SessionResult {
   PerTissue volumes_after{};  // m³ of each tissue at the end
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal (target shape); valid only if has_ideal is true
+  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
   std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed

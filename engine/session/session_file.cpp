@@ -29,7 +29,7 @@ namespace {
 
 struct ColumnName {
   std::string name;
-  bool may_lack = false;  // true if files of older versions do not have this column
+  bool may_lack = false;  // true: files of older versions do not have this column
 };
 
 /// Reads one table of the file. Only rows that are not damaged can be read.
@@ -101,8 +101,7 @@ class TableReader {
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
   }
 
-  /// Returns true if the file contains all chunks of the dataset. HDF5 would read a missing chunk as zeros without an
-  /// error.
+  /// True if the file contains all chunks of the dataset. HDF5 would read a missing chunk as zeros without an error.
   static bool all_chunks_written(const H5& dataset, hsize_t rows) {
     H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
     H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -202,8 +201,8 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// Returns the length that the superblock (header) of an HDF5 file states, version 3: a signature of 8 bytes, the
-/// version, the size of offsets, and at byte 28 the end of the file. Returns 0 for other files.
+/// The length that the superblock (header) of an HDF5 file states, version 3: a signature of 8 bytes, the version, the
+/// size of offsets, and at byte 28 the end of the file. Returns 0 for other files.
 std::uint64_t stated_length(const FileBytes& bytes) {
   std::array<char, 48> block{};
   if (!bytes.read(block.data(), block.size(), 0) || std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0)
@@ -214,7 +213,7 @@ std::uint64_t stated_length(const FileBytes& bytes) {
 }
 
 /// Reads a small dataset (from open_dataset()) with exactly `count` numbers. If `count` is 0, the dataset must be a
-/// scalar. Returns false if the dataset does not exist.
+/// scalar. False if the dataset does not exist.
 bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -255,9 +254,8 @@ void SessionReader::Impl::open() {
   const H5Quiet quiet;
   being_recorded = is_being_recorded(opened->fd());
   const auto open_as = [&](unsigned flags) {
-    // If a checksum is wrong because a writer is active, HDF5 tries again after a pause, and each pause is twice as
-    // long as the previous one. 20 attempts take a millisecond; the last pauses of HDF5's default of 100 attempts would
-    // be practically endless.
+    // If a checksum is wrong because a writer is active, HDF5 tries again after a pause; each pause is twice as long as
+    // the last. 20 attempts take a millisecond; HDF5's default of 100 attempts would practically never end.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
     if (opened->use(properties.get())) h5 = H5(H5Fopen(file.c_str(), flags, properties.get()), H5Fclose);
@@ -581,7 +579,7 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 
 namespace {
 
-/// Writes an interrupted recording as an ordinary file, without a result.
+/// Rewrites an interrupted recording as an ordinary file, without result.
 void write_again(const SessionReader& reader, const std::filesystem::path& out) {
   WriterOptions options;
   options.rewrites = true;
@@ -632,7 +630,7 @@ bool repair_session(const std::filesystem::path& file) {
       write_again(reader, partial->path());
     }
   }
-  // The name may belong to another file by now.
+  // Another file may have this name by now.
   struct stat opened {
   }, named{};
   if (::fstat(bytes.fd(), &opened) != 0 || ::stat(file.c_str(), &named) != 0 || opened.st_ino != named.st_ino ||

@@ -20,10 +20,10 @@ struct StreamData {
   std::vector<std::vector<double>> columns;  // the columns have the order of StreamSpec::columns
 };
 
-/// Reads one session file. The constructor throws Error for a file that is no readable session, that refers to other
-/// files, or that contains impossible values (format/checks.h). If the file has damage or gaps, its intact part can be
-/// read. Hand pose, pedal, force, quaternions, cuts and patch uses have the same bits as when they were written.
-/// Columns in units other than SI (tool_x_mm …) differ by at most one unit in the last place.
+/// Reads one session file. If it is damaged or has gaps, its intact part can be read. The constructor throws Error if
+/// the file is no readable session, refers to other files, or contains impossible values (format/checks.h).
+/// Hand pose, pedal, force, quaternions, cuts and patch uses have the same bits as when they were written. Columns in
+/// other units than SI (tool_x_mm …) differ by at most one unit in the last place.
 class SessionReader {
  public:
   explicit SessionReader(const OpenedSession& session);
@@ -34,13 +34,13 @@ class SessionReader {
 
   const std::filesystem::path& file() const;
   const SessionHeader& header() const;
-  /// Returns true if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording
-  /// that still runs.
+  /// True if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording that
+  /// still runs.
   bool truncated() const;
-  /// Returns true if another process is writing this file now.
+  /// True if another process is writing this file now.
   bool being_recorded() const;
   const Lost& lost() const;
-  /// Returns the gaps in the recording, in order of time. The data before and after each gap can be read.
+  /// The gaps in the recording, in order of time. The data before and after each gap can be read.
   const std::vector<Gap>& gaps() const;
 
   std::uint64_t tick_count() const;
@@ -53,7 +53,7 @@ class SessionReader {
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
   const std::optional<SessionResult>& result() const;
-  /// Returns the timing of the servo loop; no value if the session did not run live.
+  /// The timing of the servo loop; no value if the session did not run live.
   const std::optional<LoopReport>& loop() const;
 
  private:
@@ -62,10 +62,10 @@ class SessionReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Recovers an unsigned recording whose program was killed or lost power: writes it again as an ordinary file that
-/// every HDF5 program can open, with the changes of its journal if the journal belongs to it, and replaces it
-/// completely or not at all. The session remains marked as truncated. Returns false if it was intact or is still being
-/// recorded. Throws Error if it is signed, or cannot be read or written.
+/// Recovers an unsigned recording whose program was killed or lost power. Writes it again, with the changes of its
+/// journal, as an ordinary file that every HDF5 program can open, and replaces it completely or not at all. It remains
+/// marked as truncated. False if the file is intact or is still being recorded. Throws Error if it is signed, or cannot
+/// be read or written.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -17,7 +17,7 @@ namespace typodont::session {
 /// it.
 struct SigningKey {
   std::array<unsigned char, 32> bytes{};
-  /// Returns 16 hexadecimal digits that identify the key without revealing it.
+  /// 16 hexadecimal digits that identify the key without revealing it.
   std::string id() const;
 };
 
@@ -29,7 +29,7 @@ void make_key(const std::filesystem::path& file);
 /// Computes the code HMAC (RFC 2104) with SHA-256.
 std::array<unsigned char, 32> hmac_sha256(std::span<const unsigned char> key, std::span<const unsigned char> message);
 
-/// Returns the path of a session's signature, SESSION.h5.sig.
+/// The path of a session's signature, SESSION.h5.sig.
 std::filesystem::path signature_file(const std::filesystem::path& session);
 /// Signs the bytes of the session. Returns the path of the signature file, which is written completely or not at all.
 std::filesystem::path sign_session(const OpenedSession& session, const SigningKey& key);

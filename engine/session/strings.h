@@ -1,4 +1,4 @@
-// All texts of the reports in three languages (texts/*.json).
+// All texts of the reports, in three languages (texts/*.json).
 #pragma once
 
 #include <array>
@@ -12,27 +12,28 @@ namespace typodont::session {
 enum class Language { kEnglish, kGerman, kChinese };
 inline constexpr int kLanguageCount = 3;
 
-/// "en", "de", "zh", or as in LANG ("de_AT.UTF-8"). Empty: others.
+/// Language of a tag: "en", "de", "zh", or a value of LANG such as "de_AT.UTF-8". Empty: no known language.
 std::optional<Language> language_named(std::string_view tag) noexcept;
-/// By LC_ALL, LC_MESSAGES, LANG; else English.
+/// Language by the variables LC_ALL, LC_MESSAGES, LANG; else English.
 Language system_language() noexcept;
-/// BCP 47, for <html lang>.
+/// Language tag (BCP 47) for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 
-/// "title.report", "tissue.enamel", …; an unknown key is its own text.
+/// Text for a key such as "title.report" or "tissue.enamel". An unknown key is returned unchanged.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
-// With the language's decimal sign, no exponent, no minus before zero. Without `decimals`: three significant digits.
+// The number with the language's decimal sign, without exponent and without minus before zero. Without `decimals`:
+// three significant digits.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// With a no-break space; empty unit: a count; NaN: a dash.
+/// Number and unit with a no-break space between them. Empty unit: a count; NaN: a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
-/// "round_012" becomes "Round bur"; unknown tools keep their names.
+/// Name of a tool: "round_012" becomes "Round bur". Unknown tools keep their names.
 std::string tool_text(std::string_view name, Language language);
 /// A right of the servo loop, and whether the system has granted it. Shown in report and window.
 struct Granted {
-  std::string_view name;  // key in the catalogue
+  std::string_view name;  // key in the text catalogue
   bool yes = false;
 };
 std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);

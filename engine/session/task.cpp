@@ -14,7 +14,7 @@ const std::string& TaskText::in(Language language) const {
 
 namespace {
 
-/// A text, or {"en": …, "done": "drill"} with its action.
+/// Reads a step: a text, or {"en": …, "done": "drill"} with the action that completes it.
 void read_step(const Json& json, Task& task) {
   std::string deed;
   if (json.is_object() && json.has("done")) {

@@ -1,4 +1,4 @@
-// "task" of a scene: description and rules. The ideal's geometry: engine/app/task/task.h.
+// Reads "task" of a scene: description and rules. engine/app/task/task.h reads the geometry of the ideal.
 #pragma once
 
 #include <array>
@@ -13,14 +13,15 @@
 
 namespace typodont::session {
 
-/// The hand's, then the user's. `phase`, for implants: step n is complete at the end of phase n.
+/// Actions that complete a step: first those of the hand, then those of the user. "phase", for implants: step n is
+/// complete at the end of phase n.
 inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
                                                                   "undo", "redo",  "view",  "hold", "phase"};
 
-/// "text" or {"en": …, "de": …, "zh": …}; English is required.
+/// A text in several languages: "text", or {"en": …, "de": …, "zh": …}; English is required.
 struct TaskText {
   std::array<std::string, kLanguageCount> text;
-  /// Or English without a translation.
+  /// The text in this language; English if not translated.
   const std::string& in(Language language) const;
   bool empty() const { return text[0].empty(); }
 };
@@ -29,21 +30,21 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // Of kStepActions, per step; empty: the user marks it.
+  // For each step: an element of kStepActions; empty: the user marks the step as done.
   std::vector<std::string> step_actions;
   dvec3 axis_W{0, 0, 1};      // unit vector that points out of the opening
   std::optional<Json> ideal;  // JSON; other code reads its geometry
   std::vector<Json> protect;  // solids in JSON that must not be cut
-  bool explore = false;       // explore, not cut
+  bool explore = false;       // true: the task is to explore, not to cut
   std::vector<Json> region;   // JSON solids of the region to explore
 };
 
-/// Without the geometry of solids and ideal. Throws Error.
+/// Reads the task without geometry of solids and ideal. Throws Error.
 Task read_task(const Json& json);
 
-/// Of the task, else of "score", else the defaults.
+/// Rules of the task, else of "score", else the defaults.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
-/// With the scene's rules and pass mark.
+/// Score with the scene's rules and pass mark.
 Score score_of_scene(const Json& scene, const ScoreInput& input);
 
 }  // namespace typodont::session

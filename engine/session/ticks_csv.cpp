@@ -32,7 +32,7 @@ void append_cell(std::string& out, const Column<ServoTick>& column, const ServoT
   } else {
     double value;
     std::memcpy(&value, cell, sizeof value);
-    // "-0" looks like an error.
+    // Writes 0 instead of "-0", which looks like an error.
     fmt::format_to(std::back_inserter(out), "{}", value == 0 ? 0.0 : value);
   }
 }
@@ -53,7 +53,7 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-/// False: invalid for the column.
+/// Reads a cell into the tick. False: the text is invalid for this column.
 bool parse_cell(std::string_view text, const Column<ServoTick>& column, ServoTick& tick) {
   std::byte cell[8]{};
   if (column.name == "tissue") {

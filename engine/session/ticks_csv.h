@@ -1,4 +1,4 @@
-// Ticks as CSV, columns as in a session file (docs/session_format.md).
+// Ticks as CSV, columns as in session files (docs/session_format.md).
 #pragma once
 
 #include <cstdio>
@@ -12,7 +12,8 @@
 
 namespace typodont::session {
 
-/// No file without finish(). Shortest text that gives the same double, so equal ticks give equal bytes. Throws Error.
+/// Writes ticks as CSV. Each number is the shortest text that gives the same double, so equal ticks give equal bytes.
+/// Without finish(), no file is created. Throws Error.
 class TicksCsvWriter {
  public:
   explicit TicksCsvWriter(const std::filesystem::path& file);
@@ -30,10 +31,11 @@ class TicksCsvWriter {
   std::string buffer_;
 };
 
-/// Without a column (orientation, patch, cuts): defaults; `index` is the row. Throws Error with line and column.
+/// Reads ticks. A missing column (orientation, patch, cuts) gives default values; a missing `index` is the row number.
+/// Throws Error with line and column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
 
-/// In the first line's order.
+/// The columns' names, in the order of the first line.
 std::vector<std::string> ticks_csv_columns();
 
 }  // namespace typodont::session

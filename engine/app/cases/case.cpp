@@ -24,10 +24,10 @@ namespace {
 
 using Ordered = nlohmann::ordered_json;
 
-constexpr double kVoxel = 0.125e-3;             // m
-constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // W, m: where the cusps are, as in the shipped exercises
+constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
+constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
-constexpr dvec3 kSlip{0.45e-3, 0.45e-3, -0.5e-3};  // m, by which the careless hand misses
+constexpr dvec3 kSlip{0.45e-3, 0.45e-3, -0.5e-3};  // m, displacement of the careless hand from the plan
 
 Json families_table() {
   return Json::load(assets_folder() / "cases" / "families.json")["families"];
@@ -37,24 +37,25 @@ std::string pretty(double value) {
   return fmt::format("{:.2g}", value);
 }
 
-/// Rounded to 0.1 µm.
+/// Converts m to mm, rounded to 0.1 µm.
 double in_mm(double metres) {
   return std::round(metres / kMillimetre * 1e4) * 1e-4;
 }
 
-/// A family's teeth.
+/// The types of tooth of a case family.
 std::vector<std::string> teeth_of(const Json& family) {
   std::vector<std::string> teeth;
   for (const Json& tooth : family["teeth"].items()) teeth.push_back(tooth.string());
   return teeth;
 }
 
-/// Along a–b (x, y), from the fissure down: narrow in the enamel, widest at its border, round in the dentin.
+/// A carious lesion along the line a–b (x, y), from the fissure down: narrow in the enamel, widest at the border of
+/// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m: z; below the top
-  double opening = 0, width = 0;          // m, radii at the surface and at the border
-  /// 0 outside, else the fraction of the hardness of sound tissue.
+  double top = 0, border = 0, depth = 0;  // m; top: the surface's z; border, depth: below the top
+  double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
+  /// Hardness at p, as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
     const glm::dvec2 q(p), along = b - a;
     const double length2 = glm::dot(along, along);
@@ -63,15 +64,15 @@ struct Lesion {
     if (down > depth) return 0;
     if (down < border) return beside < glm::mix(opening, width, std::max(down, 0.0) / border) ? 0.3 : 0;
     const double s = (down - border) / (depth - border);
-    // Softest at the border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252)
+    // Softest at the border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
     return beside < width * std::sqrt(1 - s * s) ? 0.15 + 0.45 * s : 0;
   }
 };
 
-/// What a recipe works on and returns. Points of the tooth's frame, m.
+/// A recipe's input and output. Points: tooth's frame, m.
 struct Draft {
   Case& out;
-  dvec3 offset;  // from the tooth's frame to W
+  dvec3 offset;  // m, from the tooth's frame to frame W
   Ordered ideal;
   std::optional<Lesion> lesion;
 
@@ -93,7 +94,7 @@ struct Draft {
               {"radius_mm", radius / kMillimetre},
               {"height_mm", height / kMillimetre}}}};
   }
-  /// Upright slot with round ends: a round bur of its width can make it.
+  /// Adds to the ideal an upright slot with round ends, as wide as a round bur that can cut it.
   void slot(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) {
     const glm::dvec2 u = glm::normalize(b - a);
     const dvec3 along(u, 0), across(-u.y, u.x, 0), low(a, floor), high(b, above());
@@ -103,7 +104,7 @@ struct Draft {
            halfspace(-across, low - 0.5 * width * across), halfspace({0, 0, 1}, high), halfspace({0, 0, -1}, low)}}});
     for (const glm::dvec2& end : {a, b}) ideal["remove"].push_back(shaft(end, floor, 0.5 * width));
   }
-  /// m, below `top`, of the border of enamel and dentin.
+  /// Depth of the enamel-dentin border below `top`, m.
   double enamel_depth(const glm::dvec2& at, double top) const {
     double down = 0;
     while (down < 3e-3 && out.tooth.tissue({at.x, at.y, top - down - 1e-5}) == Tissue::kEnamel) down += 0.05e-3;
@@ -111,7 +112,7 @@ struct Draft {
   }
 };
 
-/// Half of the outline's length: 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2 mm).
+/// Half the length of the outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2 mm).
 double half_outline(const CaseTooth& tooth) {
   return std::min(0.5 * tooth.md - 1.8e-3, 0.24 * tooth.md + 0.2e-3);
 }
@@ -143,7 +144,7 @@ void lesion(Draft& draft) {
   const glm::dvec2 at(0, tooth.fissure(0));
   Lesion lesion{at, at, tooth.surface(at.x, at.y)};
   lesion.border = draft.enamel_depth(at, lesion.top) + 0.1e-3;
-  double deepest = lesion.border;  // where the stated distance from the pulp remains
+  double deepest = lesion.border;  // m below the top: largest depth that leaves the stated distance to the pulp
   while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, lesion.top - deepest}) > draft.mm("pulp_left_mm"))
     deepest += 0.02e-3;
   lesion.depth = std::min(draft.mm("lesion_depth_mm"), deepest);
@@ -161,7 +162,7 @@ void lesion(Draft& draft) {
 
 void access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
-  // Inside the chamber's walls at its middle.
+  // The slot must fit between the walls of the pulp chamber at half its height.
   const double z = 0.5 * (tooth.chamber_roof + tooth.chamber_floor);
   const auto half = [&](const dvec3& along) {
     double reach = 0;
@@ -195,7 +196,7 @@ void apply_lesion(Draft& draft) {
       }
 }
 
-/// Number of connected pieces of the tissue inside, by faces; kAir: of everything.
+/// Number of connected pieces of the tissue `which`, connected by voxel faces. kAir: of all tissue.
 int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   const auto in = [&](std::size_t i) {
     return tissue.distance[i] < 0 && (which == Tissue::kAir || tissue.tissue[i] == which);
@@ -208,7 +209,7 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
     if (seen[first] || !in(first)) continue;
     ++count;
     seen[first] = true;
-    // A band of air surrounds the tooth, so every neighbour has a valid index.
+    // Air surrounds the tooth: every neighbour has a valid index.
     for (stack.assign(1, first); !stack.empty();) {
       const std::size_t i = stack.back();
       stack.pop_back();
@@ -220,7 +221,7 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   return count;
 }
 
-/// Throws RunFailure if the tooth is not whole.
+/// Throws RunFailure if the tooth or the lesion has several pieces, or if too little tissue covers the pulp.
 void check_tissue(const Draft& draft) {
   const haptics::DenseTissue& tissue = draft.out.tissue;
   if (const int n = pieces(tissue, Tissue::kAir); n != 1) throw RunFailure(fmt::format("the tooth has {} pieces", n));
@@ -234,7 +235,7 @@ void check_tissue(const Draft& draft) {
     throw RunFailure(fmt::format("the lesion has {} pieces", n));
 }
 
-/// The strokes of a plan, each displaced by `slip` (m), without a servo.
+/// Cuts the strokes of a plan without a servo. Each stroke is displaced by `slip` (m).
 void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<ExpertLeg>& legs, const dvec3& slip) {
   const auto tools = haptics::tool_set(scene.servo);
   std::size_t tool = 0;
@@ -248,7 +249,8 @@ void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<
   }
 }
 
-/// The exact plan must reach the ideal with the scene's tools; the same plan by a careless hand must fail.
+/// Checks the exercise: the exact plan must reach the ideal with the scene's tools; the same plan by a careless hand
+/// must fail.
 void grade(Case& result, const fs::path& out, const haptics::TissueVolume& start) {
   const Json text = Json::parse(result.scene, out.string());
   const Scene scene = parse_scene(text, out);

@@ -1,4 +1,4 @@
-// An exercise from a family, a seed and a difficulty (docs/cases.md).
+// Generates an exercise from family, seed and difficulty (docs/cases.md).
 #pragma once
 
 #include <filesystem>
@@ -19,20 +19,20 @@ std::vector<CaseFamily> case_families();
 struct CaseRequest {
   std::string family;
   std::uint64_t seed = 1;
-  double difficulty = 0.5;  // 0..1
-  std::string tooth;        // one of the family's; empty: by the seed
+  double difficulty = 0.5;  // 0 to 1
+  std::string tooth;        // a tooth of the family; empty: the seed selects it
 };
 
 struct Case {
   CaseTooth tooth;
-  std::map<std::string, double> parameters;  // mm, °, years
+  std::map<std::string, double> parameters;  // mm, degrees, years
   haptics::DenseTissue tissue;
-  std::string scene;                // JSON; its volume is `volume`
+  std::string scene;                // JSON text of the scene; its volume is `volume`
   double expert = 0, careless = 0;  // points of the exact plan, and of the same plan by a careless hand
 };
 
-/// Equal requests give equal bits. `out`: scene file; the volume is beside it, with the ending .vdb. Writes both.
-/// Throws Error for a wrong request, and RunFailure for a seed without a valid case.
+/// Generates a case and writes it: the scene file `out`, and beside it the volume with the extension .vdb. Equal
+/// requests give equal bits. Throws Error for a wrong request, RunFailure for a seed without a valid case.
 Case make_case(const CaseRequest& request, const std::filesystem::path& out);
 
 }  // namespace typodont

@@ -17,20 +17,22 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.5e-3;      // m, of the sampled tooth
-constexpr double kMaxDeviation = 2;   // standard deviations; rarer teeth are not made
-constexpr double kShape = 0.025;      // relative deviation of one measure from the tooth's size; estimate
-constexpr double kCusp = 0.025;       // the same for heights and places of cusps; estimate
-constexpr double kRootJoin = 2.4e-3;  // m, rounding between roots
-constexpr double kApex = 0.8e-3;      // m, radius of a root's end
+constexpr double kBand = 1.5e-3;  // m, band of stored distances in the sampled tooth
+// largest deviation from the mean that is generated, standard deviations
+constexpr double kMaxDeviation = 2;
+constexpr double kShape = 0.025;      // relative standard deviation of a tooth's measures from its size; estimate
+constexpr double kCusp = 0.025;       // relative standard deviation of a cusp's height and position; estimate
+constexpr double kRootJoin = 2.4e-3;  // m, radius of the rounding between roots
+constexpr double kApex = 0.8e-3;      // m, radius at the end of a root
 
-/// Area of the pulp chamber at this age, over that at 20 years (CBCT study of 2017, 316 molars; other teeth alike).
+/// Ratio of the pulp chamber's area at this age to the area at 20 years (CBCT study of 2017 with 316 molars; applied to
+/// all teeth).
 double pulp_area(const std::string& type, double age) {
   const auto area = [&](double years) { return type[0] == 'U' ? 11.582 - 0.142 * years : 14.249 - 0.163 * years; };
   return area(age) / area(20);
 }
 
-/// Sum of twelve: mean 0, deviation 1.
+/// Normally distributed number (mean 0, standard deviation 1) as a sum of twelve uniform numbers.
 double normal(SplitMix64& random) {
   double sum = -6;
   for (int i = 0; i < 12; ++i) sum += uniform(random);
@@ -41,7 +43,7 @@ Json teeth_table() {
   return Json::load(assets_folder() / "cases" / "teeth.json")["teeth"];
 }
 
-/// Resizes a form of the assets to these measures, m.
+/// Resizes a tooth form of the assets to the measures of `tooth`. `neck`: size at the neck, m.
 ToothForm resized(ToothForm form, const CaseTooth& tooth, const glm::dvec2& neck) {
   const glm::dvec2 by = glm::dvec2(tooth.md, tooth.bl) / form.widest;
   const double up = tooth.crown / form.height;
@@ -61,10 +63,10 @@ ToothForm resized(ToothForm form, const CaseTooth& tooth, const glm::dvec2& neck
   return form;
 }
 
-/// Chamber, horns and canals. `size`: m, of the chamber at the neck.
+/// Adds the pulp: chamber, horns and canals. `size`: size of the chamber at the neck, m.
 void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   const glm::dvec2 half = 0.5 * size * shrink;
-  // Molars: chamber height 1.6 to 1.9 mm, roof at the neck (Deutsch & Musikant 2004)
+  // Molars: height of the chamber 1.6 to 1.9 mm, its roof at the neck (Deutsch & Musikant 2004).
   const bool molar = tooth.type[1] >= '6';
   tooth.chamber_roof = molar ? 0.4e-3 : 0.4 * tooth.crown * shrink;
   tooth.chamber_floor = molar ? tooth.chamber_roof - 1.9e-3 * shrink : -0.3 * tooth.root;
@@ -72,7 +74,7 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   const auto tube = [&](const dvec3& a, const dvec3& b, double ra, double rb, double stretch) {
     tooth.pulp.push_back({a, b, ra, rb, stretch});
   };
-  constexpr double kCanal = 0.35e-3, kForamen = 0.15e-3;  // m, radii
+  constexpr double kCanal = 0.35e-3, kForamen = 0.15e-3;  // m, radii of a canal and of its foramen
   if (!molar) {
     const double above = tooth.chamber_roof;
     tube({0, 0, above}, {0, 0, tooth.chamber_floor}, 0.55 * half.x, half.x, half.y / half.x);
@@ -80,7 +82,7 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   } else {
     const double middle = 0.5 * (tooth.chamber_roof + tooth.chamber_floor);
     const double height = 0.5 * (tooth.chamber_roof - tooth.chamber_floor);
-    // Overlapping tubes along the longer side.
+    // The chamber consists of overlapping tubes along its longer side.
     for (const double side : {-1.0, -0.33, 0.33, 1.0}) {
       const double x = side * std::max(half.x - height, 0.0);
       tube({x, -std::max(half.y - height, 0.0), middle}, {x, std::max(half.y - height, 0.0), middle}, height, height,
@@ -130,11 +132,12 @@ double CaseTooth::pulp_distance(const dvec3& p) const {
 
 Tissue CaseTooth::tissue(const dvec3& p) const {
   if (pulp_distance(p) < 0) return Tissue::kPulp;
-  // Edge of the enamel: rises towards the neighbours.
+  // The edge of the enamel rises towards the neighbouring teeth.
   const double c = p.x / (std::hypot(p.x, p.y) + 1e-6);
   const double edge = (c > 0 ? cej_mesial : cej_distal) * c * c;
   const double up = (p.z - edge) / (0.6 * crown);
-  // Thickness by thirds (OpenMandible): 0.35 of the occlusal one at the neck, 0.75 in the middle.
+  // Thickness by thirds of the crown (OpenMandible): relative to the occlusal third, 0.35 at the neck and 0.75 in the
+  // middle.
   const double thick = enamel * (up <= 0 ? 0 : std::min(1.0, 0.25 + 0.75 * up) * std::min(1.0, up / 0.06));
   return -blunt.distance(p) < thick ? Tissue::kEnamel : Tissue::kDentin;
 }
@@ -230,7 +233,7 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
     for (int z = 0; z < out.size.z; ++z) {
       const dvec3 p = at(column, z);
       double d = tooth.distance(p);
-      // Distance to first order: d / |∇d|.
+      // First-order estimate of the distance: d / |∇d|.
       if (std::abs(d) < 4 * voxel) {
         dvec3 slope;
         for (int a = 0; a < 3; ++a) {

@@ -1,4 +1,4 @@
-// A whole tooth from published sizes (assets/cases/teeth.json) and a seed: crown, roots, enamel, pulp.
+// A whole tooth (crown, roots, enamel, pulp), generated from published sizes (assets/cases/teeth.json) and a seed.
 #pragma once
 
 #include <string>
@@ -10,48 +10,48 @@
 
 namespace typodont {
 
-/// 0..1.
+/// Uniform random number, 0 to 1.
 double uniform(SplitMix64& random);
 
-/// A tapered tube; round, or elliptic by `stretch_y`.
+/// A tapered tube; its cross-section is a circle, or an ellipse if `stretch_y` is not 1.
 struct TaperedTube {
-  dvec3 a{0}, b{0};  // m, ends
+  dvec3 a{0}, b{0};  // m, ends of the axis
   double radius_a = 0, radius_b = 0;
   double stretch_y = 1;
   double distance(const dvec3& p) const;
 };
 
-/// Frame of ToothForm: x mesial, y buccal, z out of the crown, origin in the neck. m.
+/// A generated tooth. Lengths in m. Frame as in ToothForm: origin in the neck, x mesial, y buccal, z out of the crown.
 struct CaseTooth {
-  std::string type;  // "L6": lower first molar
+  std::string type;  // for example "L6": lower first molar
   std::string name;
-  double age = 0;  // years, of the pulp
+  double age = 0;  // years; the pulp shrinks with age
   double md = 0, bl = 0, crown = 0, root = 0;
   ToothForm form;
-  ToothForm blunt;       // without grooves: where the enamel ends
-  double furcation = 0;  // m below the neck; 0: one root
+  ToothForm blunt;       // form without grooves; the enamel's thickness is measured from it
+  double furcation = 0;  // m below the neck where roots separate; 0: one root
   std::vector<TaperedTube> roots;
-  double cej_mesial = 0, cej_distal = 0;       // m, rise of the enamel's edge
-  double enamel = 0;                           // m, thickness in the occlusal third
+  double cej_mesial = 0, cej_distal = 0;       // m, rise of the enamel's edge, mesially and distally
+  double enamel = 0;                           // m, thickness of the enamel in the occlusal third
   std::vector<TaperedTube> pulp;               // chamber, horns, canals
-  double chamber_roof = 0, chamber_floor = 0;  // m, z
+  double chamber_roof = 0, chamber_floor = 0;  // m, z of the chamber's roof and floor
 
-  /// Near the surface only, negative inside.
+  /// Signed distance to the surface, m, negative inside. Exact near it.
   double distance(const dvec3& p) const;
-  /// Inside, at `depth` (m) below the surface.
+  /// The tissue at a point inside the tooth.
   Tissue tissue(const dvec3& p) const;
   double pulp_distance(const dvec3& p) const;
-  /// m, z of the chewing surface.
+  /// Height z of the chewing surface at (x, y), m.
   double surface(double x, double y) const;
-  /// m, y of the central fissure at x.
+  /// Position y of the central fissure at x, m.
   double fissure(double x) const;
 };
 
 std::vector<std::string> tooth_types();
-/// `type`: of tooth_types(). Throws Error.
+/// Generates a tooth. `type`: one of tooth_types(). Throws Error.
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random);
 
-/// Samples the tooth, with exact distances.
+/// Samples the tooth with exact distances. `voxel`: m.
 haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel);
 
 }  // namespace typodont

@@ -21,7 +21,7 @@ namespace {
 using display::BenchPlan;
 using display::BenchSpec;
 
-constexpr double kPoint = 72 / 25.4;  // number of points (the drawing's unit of length) per millimetre of paper
+constexpr double kPoint = 72 / 25.4;  // points (the drawing's unit of length) per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
 constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
 
@@ -40,7 +40,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// A page of the drawing. Coordinates are in points, and y points down.
+/// A page of the drawing. Coordinates: points, y points down.
 class Page {
  public:
   Page(std::string& bytes, FileKind kind)
@@ -140,7 +140,7 @@ struct View {
   double left, top, width, height;  // points, position and size on the page
   int across, up;                   // indices of the two axes of frame W that point right and up on the page
   double scale = 1;                 // points on the page per metre
-  dvec3 middle{0};                  // m, frame W: the point in the middle of the view
+  dvec3 middle{0};                  // m, frame W: the point in the view's middle
   At operator()(const dvec3& p) const {
     return {left + 0.5 * width + scale * (p[across] - middle[across]),
             top + 0.5 * height - scale * (p[up] - middle[up])};

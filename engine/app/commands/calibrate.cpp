@@ -106,7 +106,7 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// What differs between `hand-eye` and `robot-world`.
+/// Differences between the commands `hand-eye` and `robot-world`.
 struct PoseCommand {
   const char* name;
   const char* about;
@@ -332,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the steps that compute from captures beside the rig file.
+/// Options for computing from captures beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -492,7 +492,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// One step: capture, compute, store in the rig file. False: the user stopped.
+/// Runs one step of the calibration: capture, compute, store in the rig file. False: the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

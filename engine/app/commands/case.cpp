@@ -1,4 +1,4 @@
-// `typodont case`: an exercise from a family, a seed and a difficulty.
+// `typodont case`: generates an exercise from family, seed and difficulty.
 #include "engine/app/cases/case.h"
 
 #include <fmt/format.h>

@@ -25,13 +25,13 @@ Check check_of(const CLI::Validator& validator) {
   return Check(std::make_shared<const CLI::Validator>(validator));
 }
 
-constexpr std::size_t kLongest = 40;  // characters of an argument that a message shows
+constexpr std::size_t kLongest = 40;  // characters; longer arguments are shortened in messages
 
 std::string shown(const std::string& text) {
   return text.size() > kLongest ? text.substr(0, kLongest - 3) + "..." : text;
 }
 
-/// NaN if the text is not a finite number.
+/// Converts text to a number; NaN if the text is not a finite number.
 double number_of(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
@@ -60,7 +60,7 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
-/// A range check accepts "nan", and "inf" could cause endless work.
+/// Makes all options refuse "nan" and "inf": a range check accepts "nan", and "inf" could cause endless work.
 void take_finite_numbers_only(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);
@@ -150,7 +150,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // only in the program itself, which owns all commands
+  std::unique_ptr<CLI::App> root;  // only in the program's root command, which owns all commands
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;

@@ -1,4 +1,4 @@
-// Commands, options and checks of their values. Only command_line.cpp includes CLI11, whose header takes 8 s to
+// Commands, their options, and checks of the values. Only command_line.cpp includes CLI11, whose header takes 8 s to
 // compile.
 #pragma once
 
@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// A check of an option's value, and the message that states what is expected.
+/// Checks an option's value. The message states what is expected.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -28,19 +28,19 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// A finite number, low to high inclusive.
+/// A finite number from `low` to `high`, both included.
 Check range(double low, double high);
 Check range(int low, int high);
-/// 0 < x <= `most`.
+/// A number x with 0 < x <= `most`.
 Check more_than_zero(double most = 1e9);
-/// A whole number from 0, for example of a monitor.
+/// A whole number from 0, for example a monitor's number.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// A file that the command may write: extension of one of `kinds` (devices and FIFOs: any name), writable folder.
-/// `over`: whether a file may be overwritten.
+/// A file that the command may write, in a writable folder. Its extension belongs to one of `kinds`; devices and FIFOs
+/// may have any name. `over`: which files may be overwritten.
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
-/// A folder for results: no existing file, and no name with a file's extension.
+/// A folder for results: not the name of an existing file, and no name with a file's extension.
 Check writes_folder();
 
 class Option {
@@ -48,19 +48,19 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// The help shows the present value as default.
+  /// The help shows the current value as the default.
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// The option may stand without a value and is then `usual`. `word`: the value in the help.
+  /// The option may be given without a value; its value is then `usual`. `word`: the value's name in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with options and subcommands; the root is the program. Returned pointers last as long as the root. run()
-/// writes into the caller's variables, which must outlive the root.
+/// A command with options and subcommands; the root command is the program. Returned pointers are valid as long as the
+/// root. run() writes values into the caller's variables, which must outlive the root.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -68,27 +68,27 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// `name`: "--out", or without "--" for a positional argument. T: string, number, path, or optional or vector of them
-  /// (command_line.cpp). `about`: text of the help, which is the only description of the option.
+  /// Adds an option. `name`: "--out", or without "--" for a positional argument. T: string, number, path, or optional
+  /// or vector of these (command_line.cpp). `about`: text of the help, the option's only description.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about);
   Option* add_flag(const std::string& name, bool& value, const std::string& about);
-  /// Text at the end of the help.
+  /// Adds text at the end of the help.
   void footer(const std::string& text);
   void version(const std::string& text);
-  /// Smallest and largest number of subcommands.
+  /// Sets the smallest and largest number of subcommands.
   void expect_commands(int least, int most);
-  /// Called when all options are read; may throw.
+  /// `work` is called after all options are read. May throw.
   void callback(std::function<void()> work);
-  /// Throws Error if one of `options` is given without the option that it needs. `given`: that option is there;
-  /// `needed`: its text, such as "--view section".
+  /// Throws Error if one of `options` is given without the option that it needs. `given`: the needed option is given;
+  /// `needed`: its text, for example "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// True if the command line names a subcommand of this command.
+  /// True if the command line names one of its subcommands.
   bool named_command() const;
   std::string help() const;
 
-  /// Root only. Empty after a command ran, otherwise the exit status: 0 after --help and --version, 2 for an invalid
-  /// command line. Throws what the command throws.
+  /// Runs the command line; for the root only. Empty if a command ran; otherwise the exit status: 0 after --help and
+  /// --version, 2 for an invalid command line. Throws what the command throws.
   std::optional<int> run(int argc, char** argv);
 
  private:

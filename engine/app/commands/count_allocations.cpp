@@ -1,8 +1,8 @@
-// Replaces operator new in the program typodont. The replacement counts allocations, and keeps two reserves of memory.
-// Some destructors, for example those of OpenVDB's trees, allocate memory. If such an allocation fails while an
-// exception is handled, the C++ runtime aborts the program. With the reserves, the allocation succeeds. Also ends the
-// program if there is no memory to start its libraries. This file is not in the library, because the tests have their
-// own operator new.
+// Replaces operator new in the program typodont: counts allocations and keeps two reserves of memory. Not in the
+// library, because the tests have their own operator new.
+// Some destructors, for example those of OpenVDB's trees, allocate memory. If that fails while an exception is handled,
+// the C++ runtime aborts the program. With the reserves, the allocation succeeds. This file also ends the program if
+// there is too little memory to start its libraries.
 #include <unistd.h>
 
 #include <atomic>
@@ -18,7 +18,7 @@
 
 namespace {
 
-// Libraries start threads while they are loaded, before main(), and would abort without memory for them.
+// Libraries start threads while they are loaded, before main(). Without memory for these threads, they would abort.
 constexpr std::size_t kToStart = 64 << 20;  // bytes
 void require_memory_to_start() {
   if (typodont::memory_left(kToStart)) return;
@@ -38,13 +38,13 @@ void require_memory_to_start() {
 constexpr std::size_t kReserve = 4 << 20;
 /// First reserve of memory. It is freed when memory runs out for the first time.
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
-/// Second reserve of memory. It is freed when memory runs out again, while destructors run because of an exception. By
-/// then, other threads may have used the memory of the first reserve.
+/// Second reserve of memory. It is freed if memory runs out while destructors run because of an exception. By then,
+/// other threads may have used the first reserve.
 std::atomic<void*> g_reserve_for_destructors{std::malloc(kReserve)};
 
-/// Handler for failed allocations (std::new_handler). Frees a reserve. Then throws OutOfMemory, except while
-/// destructors run because of another exception: a second exception would end the program. In this case the function
-/// returns, and its caller tries to allocate again. Throws OutOfMemory also if no reserve is left.
+/// Handler for failed allocations (std::new_handler). Frees a reserve, then throws OutOfMemory. Exception: while
+/// destructors run because of another exception, it returns, so that its caller tries to allocate again; a second
+/// exception would end the program. If no reserve is left, it always throws.
 void make_room() {
   const bool destructors_run = std::uncaught_exceptions() > 0;
   void* reserve = g_reserve.exchange(nullptr);
@@ -56,8 +56,8 @@ void make_room() {
 // The library calls the handler where it requests memory from the operating system itself (map_twice()).
 [[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
-/// Calls `get` until it returns memory, and returns this memory. After each call that returned null, it calls
-/// make_room(), which frees a reserve or throws OutOfMemory.
+/// Calls `get` until it returns memory. After each null, calls make_room(), which frees a reserve or throws
+/// OutOfMemory.
 template <class Get>
 void* allocate(const Get& get) {
   for (;; make_room())

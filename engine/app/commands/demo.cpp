@@ -1,4 +1,4 @@
-// The command `typodont demo`: a scripted hand removes the caries of the CT molar, offscreen. `./run demo` starts it.
+// `typodont demo`: a scripted hand removes the caries of the CT molar, offscreen. `./run demo` starts it.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -60,14 +60,14 @@ struct Options {
 };
 
 constexpr double kRate = 1000;           // Hz, rate of the servo
-constexpr double kUsualLength = 89;      // s, of the session with the shipped scene; used to estimate the time left
-constexpr double kDuring = 0.4;          // fraction of the strokes before the picture "during" and the short film
+constexpr double kUsualLength = 89;      // s, duration of the shipped scene's session; used to estimate the time left
+constexpr double kDuring = 0.4;          // fraction of strokes before the picture "during" and the short film
 constexpr double kFilmed = 10;           // s, length of the short film
-constexpr double kStep = 1.0 / 25;       // s, between two looks at the session
-constexpr double kPictureEvery = 10;     // s, between two pictures "at_…"
+constexpr double kStep = 1.0 / 25;       // s, time between two updates of the pictures
+constexpr double kPictureEvery = 10;     // s, time between two pictures "at_…"
 constexpr glm::ivec2 kQuick{1280, 720};  // pixels, one eye's picture without --film
 
-/// Running mean of the time that a piece of work takes, s. Starts from an estimate for two cores.
+/// Running mean of the time for one piece of work, s. Starts with an estimate for two processor cores.
 class Pace {
  public:
   explicit Pace(double seconds) : each_(seconds) {}
@@ -81,16 +81,15 @@ class Pace {
   int count_ = 0;
 };
 
-/// Returns the quality of the film. The best quality level would take too long for thousands of full-HD frames. Only
-/// the handpiece is drawn with the triangles of the best level: it fills a large part of a frame, and with large
-/// triangles its highlights would look wrong.
+/// The quality of the film. The best quality would take too long for thousands of full-HD frames. Only the handpiece
+/// has the best level's triangles: it fills a large part of a frame, and coarse triangles would spoil its highlights.
 render::Quality film_quality() {
   render::Quality quality = render::kQualityLadder[2];
   quality.handpiece_side = render::kQualityLadder[0].handpiece_side;
   return quality;
 }
 
-/// Writes one eye's last picture, with its text.
+/// Writes one eye's last picture, with the text over it.
 void write_eye(PictureStage& stage, int eye, const fs::path& file) {
   render::Picture picture = stage.eye(eye);
   stage.write_over(picture);
@@ -173,7 +172,7 @@ void run(const Options& options) {
   std::vector<session::SessionPicture> pictures;
   const ServoTick& tick = session.last();
   const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
-  // Times on two cores: a second of session, a frame of the film, a stereo picture in the best quality, the end.
+  // Times on two cores: a second of the session, a frame of the film, a stereo picture in the best quality, the end.
   Pace second(0.35), frame_pace(options.film ? 0.25 : 0.12), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;

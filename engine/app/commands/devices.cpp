@@ -1,4 +1,4 @@
-// `typodont devices`: connected devices, who may open them, and the command that adds missing permissions.
+// `typodont devices`: lists connected devices, who may open them, and the command that adds missing permissions.
 #include "haptics/devices.h"
 
 #include <fmt/format.h>

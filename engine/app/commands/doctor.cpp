@@ -1,4 +1,4 @@
-// `typodont doctor`: what this machine lacks, what then does not work, and the command that adds it.
+// `typodont doctor`: lists what this machine lacks, what does not work without it, and the command that adds it.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -71,7 +71,7 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-/// Libraries that search for hardware print a message for every absent device.
+/// Silences standard error: libraries that search for hardware print a message for every absent device.
 class QuietStandardError {
  public:
   QuietStandardError() : kept_(dup(STDERR_FILENO)) {
@@ -100,7 +100,7 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // Loaded at run time, so that the program starts without it and reports that.
+  // The library is loaded at run time, so that the program can start without it and report that it is missing.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;
@@ -300,7 +300,7 @@ Check clock_speed() {
   return c;
 }
 
-/// USB numbers as in the kernel's uevent file.
+/// A known USB device, with its numbers as in the kernel's uevent file.
 struct KnownDevice {
   unsigned vendor, product;  // USB numbers; product 0 means any product
   const char* name;
@@ -372,7 +372,7 @@ Check audio() {
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   const QuietStandardError quiet;
-  setenv("JACK_NO_START_SERVER", "1", 1);  // prevents that the check starts a sound server
+  setenv("JACK_NO_START_SERVER", "1", 1);  // the check must not start a sound server
   if (Pa_Initialize() != paNoError) {
     c.state = State::kMissing;
     c.found = "PortAudio does not start";
@@ -433,7 +433,7 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // Without a folder, the dynamic loader finds it. A relative path begins at the JSON file's folder.
+    // A name without folder is found by the dynamic loader. A relative path begins at the folder of the JSON file.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

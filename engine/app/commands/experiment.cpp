@@ -1,5 +1,4 @@
-// The command `typodont experiment`: two-alternative trials, with a person or with a simulated observer, and their
-// evaluation.
+// `typodont experiment`: two-alternative trials, with a person or with a simulated observer, and their evaluation.
 #include "engine/app/experiment/experiment.h"
 
 #include <fmt/format.h>
@@ -30,7 +29,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMostDelay = 300;     // ms, largest delay of the force
+constexpr double kMostDelay = 300;     // ms, largest delay of the force in a stimulus
 constexpr double kMostStiffness = 10;  // N/mm, largest stiffness of a stimulus
 
 struct Options {
@@ -90,7 +89,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   }
   if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
   plan.rule = rule_of(options.staircase);
-  double most = 0;  // largest allowed value of a stimulus (the reference plus the difference)
+  double most = 0;  // largest allowed value of a stimulus (reference plus difference)
   switch (plan.question) {
     case Question::kStiffness:
       most = kMostStiffness;
@@ -123,7 +122,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
 
 void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
-  // with this constant, the observer's random sequence differs from the sequence that orders the trials
+  // With this constant, the observer's random sequence differs from the one that orders the trials.
   SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);
   std::optional<ScriptedTouch> touch;
   if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);

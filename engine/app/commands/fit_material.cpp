@@ -27,7 +27,7 @@ struct Options {
   bool json = false;
 };
 
-/// Columns tool_* and force_*.
+/// Reads a force curve: the columns tool_* and force_*.
 std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   const std::vector<ServoTick> ticks =
       input.ends_with(".h5") ? session::SessionReader(input).ticks() : session::read_ticks_csv(input);
@@ -39,7 +39,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// One curve as SVG text, scaled so that the ranges fill the plot.
+/// One curve as SVG text, scaled so that the value ranges fill the plot.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
                      double y_most, double left, double top, double width, double height, const char* color) {
   std::string points;
@@ -50,7 +50,7 @@ std::string polyline(const std::vector<double>& x, const std::vector<double>& y,
   return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="1.5" points="{}"/>)", color, points);
 }
 
-/// Left: error over the iterations; right: both force curves.
+/// Plots the fit: at the left the error over the iterations, at the right both force curves.
 std::string plot(const haptics::MaterialFit& fit) {
   std::vector<double> rounds, logs, t;
   for (std::size_t i = 0; i < fit.error.size(); ++i) {

@@ -1,4 +1,4 @@
-// `typodont import`: scans or meshes to a volume (.vdb) or a scene (.json).
+// `typodont import`: converts scans or meshes to a volume (.vdb) or a scene (.json).
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
@@ -130,7 +130,7 @@ bool has_greys(const haptics::ImportReport& r) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  // DICOM folders often carry a patient's name, so it is left out.
+  // The name of a DICOM folder is left out, because it often contains a patient's name.
   if (a.inputs.size() == 1) j["input"] = r.format == "DICOM" ? r.format : a.inputs[0];
   if (a.inputs.size() > 1) j["inputs"] = a.inputs;
   if (!a.bite.empty()) j["bite"] = a.bite;
@@ -179,7 +179,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
           {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
-    // Older programs read the value here.
+    // Repeats this value inside "jaw", where other programs read it.
     if (j.contains("volume_doubt_mm3")) jaw["volume_doubt_mm3"] = j.at("volume_doubt_mm3");
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
@@ -283,7 +283,7 @@ bool several(const Arguments& a) {
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // Checked before the long work.
+  // The arguments are checked before the long work.
   if (a.inputs.empty() == a.parts.empty())
     throw Error("INPUT", "", a.inputs.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");

@@ -1,4 +1,4 @@
-// `typodont mesh`: the drawn surface as a file.
+// `typodont mesh`: writes the drawn surface to a file.
 #include <fmt/format.h>
 
 #include <limits>
@@ -25,7 +25,7 @@ struct Options {
   bool file_space = false, json = false;
 };
 
-/// To the coordinates of the file from which the tissue was imported.
+/// Moves the mesh to the coordinates of the file from which the tissue was imported.
 void place(surface::WholeMesh& mesh, VoxelFrame& frame, const haptics::FilePlace& place) {
   for (auto& v : mesh.vertices) {
     v.position = glm::vec3(place.X_FW.rotate(glm::dvec3(v.position)));

@@ -1,4 +1,4 @@
-// `typodont pack`: fills a scene's tissue with spheres and stores them.
+// `typodont pack`: fills tissue with spheres and stores the packing.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// `typodont plan`: checks a planned implant in a jaw and writes the exercise.
+// `typodont plan`: checks a planned implant, writes the exercise.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-/// A scene with this volume only.
+/// A scene that contains only this volume.
 Scene scene_of_volume(const std::string& file) {
   const nlohmann::ordered_json text = {{"name", fs::path(file).stem().string()},
                                        {"tissue", {{"volume", fs::absolute(file).string()}}},
@@ -49,7 +49,7 @@ ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
 }
-/// m to mm; infinite (no canal or tooth): null.
+/// Converts m to mm. An infinite distance (no canal or no tooth) becomes null.
 nlohmann::ordered_json millimetres(double distance) {
   if (!std::isfinite(distance)) return nullptr;
   return distance / kMillimetre;
@@ -89,8 +89,8 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
   return json;
 }
 
-/// The implant without thread as a closed cylinder, mm, in the coordinates of the imported file. `X_FW`: the tissue's
-/// pose in it.
+/// The implant, without its thread, as a closed cylinder in mm, in the coordinates F of the imported file. `X_FW`: pose
+/// of frame W in F.
 surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   constexpr std::uint32_t kSides = 96;
   surface::WholeMesh mesh;
@@ -98,7 +98,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   const auto add = [&](const dvec3& p_W, const dvec3& normal_W) {
     mesh.vertices.push_back({glm::vec3(X_FW * p_W / kMillimetre), glm::vec3(X_FW.rotate(normal_W)), Tissue::kAmalgam});
   };
-  // Rims once more: their normals differ on the flat ends.
+  // The vertices of the rims exist twice, because the normals of the flat ends differ.
   const auto add_rim = [&](const dvec3& middle_W, const dvec3& normal_W) {
     for (std::uint32_t i = 0; i < kSides; ++i) {
       const double a = 2 * kPi * i / kSides;
@@ -122,7 +122,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   return mesh;
 }
 
-/// The three sections side by side.
+/// Draws the three sections side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
   constexpr int n = kPreviewPixels;
   const PlanPlanes planes = planner.planes(plan, width);

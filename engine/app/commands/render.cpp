@@ -1,4 +1,4 @@
-// The command `typodont render`: draws a scene as each eye sees it, without a screen, and writes the eyes' matrices.
+// `typodont render`: draws a scene as each eye sees it, without a screen, and writes the eyes' matrices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ struct Options {
   bool json = false, hud = false, validate = false, geometry = false, finished = false;
 };
 
-/// Parses a plane "NX,NY,NZ,OFFSET_MM": a normal and an offset. The tissue with normal · p > offset is kept.
+/// Parses a plane "NX,NY,NZ,OFFSET_MM": a normal and an offset. The renderer keeps the tissue with normal · p > offset.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -61,7 +61,7 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds the bodies that the chosen teaching view shows besides the surface of the tissue, for example the face of a
+/// Adds the bodies that the chosen teaching view shows in addition to the tissue's surface, for example the face of a
 /// section.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
@@ -69,7 +69,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   render::View view = render::View::kLook;
   if (options.view == "section") {
     view = render::View::kSection;
-    // without --plane, the section passes through the tooth's middle and faces the viewer
+    // Without --plane, the section passes through the tooth's middle and faces the viewer.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     plane = options.plane.empty()
@@ -86,7 +86,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   stage.show_as(view, plane);
 }
 
-/// Returns the colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2 of
+/// The colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2 of
 /// docs/papers.md, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
@@ -95,7 +95,7 @@ glm::vec3 density_color(double density) {
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
 }
 
-/// Returns the tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
+/// The tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
 std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
                                                const dvec3& eye) {
   std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
@@ -104,7 +104,7 @@ std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, co
   std::vector<render::Particle> particles;
   particles.reserve(spheres.size());
   if (spheres.empty()) return particles;
-  // Farther spheres are drawn darker, so that the shape is easier to see.
+  // Farther spheres are darker, which makes the shape easier to see.
   constexpr float kFarthest = 0.45f;
   const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
   for (const haptics::ShownSphere& s : spheres) {
@@ -174,7 +174,7 @@ ordered_json colors_json(const MaterialTable& materials) {
   return colors;
 }
 
-/// Returns true if the eye's picture may show a part of the box lo..hi (m, W).
+/// True if the eye's picture may show a part of the box from lo to hi (m, frame W).
 bool may_show(const display::EyeView& eye, const dvec3& lo, const dvec3& hi) {
   constexpr int kCorners = 8, kPlanes = 5;
   int beyond[kPlanes] = {};
@@ -187,7 +187,7 @@ bool may_show(const display::EyeView& eye, const dvec3& lo, const dvec3& hi) {
   return std::ranges::none_of(beyond, [](int corners) { return corners == kCorners; });
 }
 
-/// Warns if the tissue lies outside the picture.
+/// Warns if the tissue is outside the picture.
 bool check_picture(const haptics::TissueVolume& tissue, std::span<const display::EyeView> eyes, const fs::path& rig) {
   glm::ivec3 a, b;
   tissue.bounds(a, b);
@@ -208,7 +208,7 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  // the recording, if a moment of a session is drawn; empty if a scene is drawn
+  // The recording, if a moment of a session is drawn; empty if a scene is drawn.
   std::optional<SessionPlayer> session;
   if (options.scene.ends_with(".h5")) session.emplace(fs::path(options.scene));
   if (session && !options.volume.empty())
@@ -233,10 +233,10 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  std::optional<haptics::TissueVolume> volume;  // of a scene
+  std::optional<haptics::TissueVolume> volume;  // tissue of the scene, if a scene is drawn
   if (!session) volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
   const haptics::TissueVolume& start = session ? session->tissue() : *volume;
-  std::optional<World> still;  // of a scene
+  std::optional<World> still;  // state of the scene, if a scene is drawn
   if (!session) still.emplace(scene).apply(tick);
   World& world = session ? session->world() : *still;
   std::optional<haptics::TissueVolume> ideal;
@@ -249,8 +249,8 @@ void run(const Options& options) {
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, start);
   if (session) session->seek(options.at);
-  // A carver (the object that cuts the tissue) is needed in two cases: the picture shows a moment of a session, or it
-  // shows the triangles or spheres of a contact model. In all other cases, the picture shows the volume of the file.
+  // A carver, which cuts the tissue, is needed if the picture shows a moment of a session, or the triangles or spheres
+  // of a contact model. Otherwise, the picture shows the volume of the file.
   std::optional<haptics::Carver> own;
   const bool spheres_wanted = options.view == "spheres";
   if (!session && (spheres_wanted || (options.volume.empty() && draws_own_surface(scene)))) {
@@ -271,15 +271,15 @@ void run(const Options& options) {
   stage_options.hud = options.hud;
   if (options.hud) stage_options.language = hud_language(user_language(options.language));
   stage_options.handpieces = scene.handpieces;
-  // a geometry file contains the tool without a handpiece
+  // A geometry file contains the tool without a handpiece.
   if (options.geometry) stage_options.handpieces.shown = false;
   // A geometry file contains neither chips nor the suction tip.
   const Look look{.tool = !options.pose.empty() || session, .debris = !options.geometry && !spheres_wanted};
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   Surroundings around = world.surroundings();
-  // If the tooth is uncut, the gum hides the root, so the root need not be drawn. In other cases the root is drawn,
-  // because the eye may see it through a cavity.
+  // If the tooth is uncut, the gum hides the root, so it need not be drawn. Otherwise, the eye may see the root through
+  // a cavity.
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.show_spheres(spheres);
@@ -307,8 +307,7 @@ void run(const Options& options) {
                      {"right", eye_json(eyes[1])},
                      {"shows_tissue", shows_tissue},
                      {"frame", stats_json(drawn)},
-                     // Statistics of a second, equal frame. Because nothing has moved, nothing is drawn and no command
-                     // is recorded.
+                     // Statistics of a second, equal frame. Nothing has moved, so no drawing command is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
   if (!look.tool) skipped["tool"] = "no --pose";
@@ -364,8 +363,8 @@ void run(const Options& options) {
     written.push_back((out / "geometry.ply").string());
   }
   // Measures the time of one frame in a running session. The first frame is not measured, because it includes the
-  // set-up. For the second frame, the user's head is moved by 1 µm: without a new viewpoint, the renderer would not
-  // draw the whole frame again.
+  // set-up. For the second frame, the user's head moves by 1 µm: without a new viewpoint, the renderer would not draw
+  // the whole frame.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

@@ -1,4 +1,4 @@
-// The command `typodont repair`: recovers a recording whose program was killed or lost power.
+// `typodont repair`: recovers recordings after a crash or power loss.
 #include <fmt/format.h>
 
 #include <memory>

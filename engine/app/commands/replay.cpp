@@ -1,5 +1,5 @@
-// The command `typodont replay`: repeats a recorded session. It checks that the result is equal bit for bit, shows the
-// session, films it, or applies the recorded motion of the hand to another scene.
+// `typodont replay`: repeats a recorded session. It checks that the result has the same bits, shows or films the
+// session, or applies the recorded motion of the hand to another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -38,7 +38,7 @@ ReplayResult replay_recorded(const session::SessionReader& session) {
   return replay_session(session, [&](double done) { progress.at(done); });
 }
 
-/// Says in one sentence how today's law differs if a session that is only shown has another force law.
+/// Warns in one sentence how today's force law differs, if a session that is only shown was recorded with another law.
 void warn_of_other_law(const session::SessionReader& session) {
   if (has_other_law(session)) log::warn("{}: {}", session.file().string(), replay_recorded(session).what_differs);
 }

@@ -1,4 +1,4 @@
-// The command `typodont report`: writes a session as one HTML page.
+// `typodont report`: writes a session as one HTML page.
 #include "engine/session/report.h"
 
 #include <fmt/format.h>
@@ -54,8 +54,7 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// Adds the measures of an implant exercise to the JSON object `to`: the phases of the procedure, and the bed (the
-/// drilled hole).
+/// Adds the measures of an implant exercise to the JSON object `to`: phases and drilled bed.
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();
@@ -75,7 +74,7 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
                             {"temperature_C", phase.hottest},
                             {"notes_s", notes}});
   }
-  // Converts a value for JSON; null means that the value is unknown.
+  // Converts a value for JSON; null: the value is unknown.
   const auto known = [](double value, double unit) {
     return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
   };

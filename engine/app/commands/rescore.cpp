@@ -45,9 +45,9 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // attempts for a session whose process died
+constexpr int kTries = 2;  // number of attempts for a session whose process crashed
 
-/// "task" and "score" of a scene file, which replace those of a recording. Empty: the recorded rules.
+/// Reads "task" and "score" of a scene file, which replace those of a recording. Empty: the recorded rules apply.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -67,7 +67,7 @@ Row score(const std::string& file, const std::string& rules) {
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  // JSON has no NaN or infinity: null.
+  // NaN and infinity become null, because JSON has neither.
   for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
@@ -85,7 +85,8 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// In its own process, so that a crash spares the other sessions. Exit status; `said`: messages, then output.
+/// Scores a session in a separate process, so that a crash does not affect the other sessions. Returns the exit status.
+/// `said`: its messages, then its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -116,7 +117,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// The last line: the result, or why it failed.
+/// The last line of the output: the result, or the reason of the failure.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -124,12 +125,12 @@ std::string last_line(std::string said) {
   return said.starts_with(kError) ? said.substr(kError.size()) : said;
 }
 
-/// Always a row; with the key "error" if it cannot be scored. `rules`: a file.
+/// Scores a session and always returns a row; it has the key "error" if the session cannot be scored. `rules`: a file.
 Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // killed or crashed: again
+    if (!WIFEXITED(status)) continue;  // killed or crashed: try again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }
@@ -150,14 +151,14 @@ std::string cell_of(const Row& value) {
   if (value.is_null()) return "";
   if (!value.is_string()) return value.dump();
   std::string text = value.get<std::string>();
-  // A spreadsheet would compute such a text as a formula.
+  // A spreadsheet would execute a text that begins with one of these characters as a formula.
   if (!text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos) text.insert(0, 1, '\'');
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
   return '"' + text + '"';
 }
 
-/// One row per session, one column per score item.
+/// The table as CSV: one row per session, one column per score item.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};
@@ -172,7 +173,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    // The first cell; the others have a comma before them.
+    // Writes the first cell; a comma precedes all others.
     text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
@@ -219,7 +220,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // also catches the exception that Ctrl-C causes
+    } catch (...) {  // also catches the exception that Ctrl-C throws
       cancelled = true;
       throw;
     }

@@ -1,4 +1,4 @@
-// `typodont rig plan`: a mirror bench before it is built, as drawing and initial rig file.
+// `typodont rig plan`: plans a mirror bench before it is built, as a drawing and an initial rig file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspace by the manufacturer's data sheet; for a cylinder, the largest box inside.
+/// Workspace of an arm, from the manufacturer's data sheet. For a cylinder: the largest box inside it.
 struct ArmReach {
   const char* name;
   dvec3 box_mm;  // width, depth, height
@@ -82,7 +82,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // mm, rounded to 0.001: no bench is built more exactly.
+  // Converts m to mm, rounded to 0.001 mm: no bench is built more exactly.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -122,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// `work`: m, W, position of the tissue in the scenes.
+/// The rig file as JSON text. `work`: position of the tissue in the scenes, m, frame W.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

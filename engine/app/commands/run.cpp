@@ -1,4 +1,4 @@
-// The command `typodont run`: runs a live session.
+// `typodont run`: runs a live session.
 #include <fmt/format.h>
 
 #include <array>
@@ -29,7 +29,7 @@ struct Options {
   bool json = false;
 };
 
-/// Converts masses to JSON, in mg: the mass of the water, and for each tissue the mass of its solid particles.
+/// Converts masses to JSON, in mg: the water, and the solid particles of each tissue.
 nlohmann::ordered_json load_json(const debris::Load& load) {
   nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
   for (std::size_t t = 0; t < kTissueCount; ++t)
@@ -37,8 +37,8 @@ nlohmann::ordered_json load_json(const debris::Load& load) {
   return json;
 }
 
-/// Returns the mass balance (mg) of the chips as JSON. It is null if the GPU moves the chips, because then only the GPU
-/// knows the masses.
+/// The mass balance (mg) of the chips as JSON. Null if the GPU moves the chips, because then only the GPU knows their
+/// masses.
 nlohmann::ordered_json debris_json(const DebrisBalance& balance) {
   const debris::DebrisLedger& ledger = balance.chips;
   const auto number = [](double kg) {

@@ -1,4 +1,4 @@
-// `typodont servo`: servo and carver without pictures and sound, deterministic, as fast as possible.
+// `typodont servo`: runs servo and carver without pictures and sound, deterministically and as fast as possible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// s, of the hand's path; empty if the hand itself ends the run.
+/// Duration of the hand's path, s. Empty if the hand itself ends the run.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -47,11 +47,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// Throws Error if the disk lacks the space that the output will need.
+/// Throws Error if the disk lacks space for the output.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;   // a row of the CSV table, measured
-  constexpr double kBytesPerTick = 240;  // a tick in a compressed session file
-  // larger outputs are announced
+  constexpr double kBytesPerRow = 280;   // bytes, measured size of a row of the CSV table
+  constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
+  // Size above which the output is announced, bytes.
   constexpr double kWorthSaying = 500 << 20;
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
@@ -100,8 +100,8 @@ void run(const Options& options) {
   std::uint64_t ticks = 0, pieces = 0;
   std::uint32_t faults = 0;
   const ServoTick& last = session.last();
-  EvenSample times;  // ns, computing times of ticks
-  // N, largest force; J, lowest energy balance
+  EvenSample times;  // ns, computing times of the ticks
+  // Largest force, N; lowest value of the energy ledger, J.
   double force_max = 0, energy_min = 0;
   const auto count_pieces = [&] {
     for (CarverEvent event; carver.next(event);) pieces += std::holds_alternative<LoosePiece>(event);

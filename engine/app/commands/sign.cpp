@@ -1,4 +1,4 @@
-// The command `typodont sign`: signs recorded sessions with a school's own key.
+// `typodont sign`: signs recorded sessions with a school's own key.
 #include <fmt/format.h>
 
 #include <memory>
@@ -36,7 +36,7 @@ void sign(const Options& options) {
   std::vector<session::OpenedSession> sessions;
   for (const std::string& file : options.sessions) {
     sessions.emplace_back(file);
-    sessions.back().bytes();  // what is checked is what is signed
+    sessions.back().bytes();  // reads all bytes, so that the bytes that are checked are the bytes that are signed
     if (session::SessionReader(sessions.back()).truncated())
       throw Error(file, "", "a session that was cut off", "one that ended");
   }

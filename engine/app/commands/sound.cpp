@@ -1,4 +1,4 @@
-// `typodont sound`: fits a model to a recording, synthesizes, compares two sounds.
+// `typodont sound`: fits a model to a recording, synthesizes sound, compares two sounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -154,7 +154,7 @@ void run_fit(FitCommand c) {
   }
 }
 
-/// "RIGHT,UP,AHEAD" in cm from the point between the eyes, as angles at the ears.
+/// Converts "RIGHT,UP,AHEAD" (cm from the point between the eyes) to the angles at the ears.
 audio::EarAngles angles_of(const std::string& text) {
   double cm[3];
   char rest;
@@ -182,14 +182,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // The spindle speed at which the model sounds like the recording.
+  // Source of the reference speed: the spindle speed at which the model sounds like the recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // The highest speed in the file of --contact may belong to another type of drill than the model's. The model's
-    // sound then stands for that speed.
+    // The highest speed in the file of --contact may belong to another type of drill than the model's. In this case,
+    // the model's sound is used for that speed.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -205,7 +205,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // Nothing states the recorded drill's speed, so one is assumed.
+    // The recorded drill's speed is unknown, so one is assumed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -216,7 +216,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-    // the first state then begins at 0 s
+    // If the track begins later than 0 s, a copy of its first state begins at 0 s.
   } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
@@ -234,7 +234,7 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  // speed, force and tissue of the drill over time
+  // Speed, force and tissue of the drill over time.
   std::size_t states = 0;
   {
     std::optional<Progress> progress;

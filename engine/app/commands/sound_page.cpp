@@ -42,7 +42,8 @@ struct PageCommand {
   double seconds = 10, up_to = 16000;
 };
 
-/// `ratios`: spindle speeds at `times` (s), relative to the model's; empty: constant.
+/// Synthesizes the model's sound. `ratios`: spindle speeds at `times` (s), relative to the model's speed; empty:
+/// constant speed.
 std::vector<double> sound_of(const audio::ArModel& model, std::span<const double> times, std::span<const double> ratios,
                              double seconds) {
   audio::SoundModels models;
@@ -52,7 +53,7 @@ std::vector<double> sound_of(const audio::ArModel& model, std::span<const double
   audio::SoundState state;
   state.spindle = models.free_speed;
   synth.push(state);
-  constexpr double kEvery = 0.01;  // s, between states passed to the synthesizer
+  constexpr double kEvery = 0.01;  // s, time between two states that the synthesizer receives
   std::size_t i = 0;
   std::vector<float> y(static_cast<std::size_t>(seconds * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);
@@ -67,7 +68,7 @@ std::vector<double> sound_of(const audio::ArModel& model, std::span<const double
   return {y.begin(), y.end()};
 }
 
-// s, long enough that noise hardly changes the spectrum
+// Length of the sound for the spectrum, s. With this length, noise hardly changes the spectrum.
 constexpr double kMeasured = 30;
 
 void run_page(const PageCommand& c) {

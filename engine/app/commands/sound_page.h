@@ -1,4 +1,4 @@
-// `typodont sound page`: a page with a recording and its model.
+// `typodont sound page`: compares a recording with its model.
 #pragma once
 
 namespace typodont {

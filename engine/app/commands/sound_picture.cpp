@@ -19,7 +19,7 @@ constexpr double kRange = 70;  // dB, level difference between the darkest and t
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
 constexpr double kLetters = 15;  // pixels, height of the text
 constexpr int kTick = 6;         // pixels, length of a tick mark on an axis
-// pixels; kBefore: margins at the left and at the top of the plot; kAfter: at the right and at the bottom
+// Margins of the plot, pixels; kBefore: at the left and top; kAfter: at the right and bottom.
 constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};
 
 /// Colour scale from dark violet over red to light yellow, in even steps of lightness; similar to "inferno" of Smith
@@ -38,8 +38,7 @@ glm::u8vec3 color_of(double fraction) {
   return color;
 }
 
-/// Returns the distance between two axis labels: 1, 2 or 5 times a power of ten, so that the range has about `count`
-/// labels.
+/// The distance between two axis labels: 1, 2 or 5 times a power of ten, for about `count` labels.
 double step_of(double range, int count) {
   const double raw = range / count, power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double m : {1.0, 2.0, 5.0})
@@ -67,9 +66,9 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   p.rgba.assign(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 4, 255);
   for (int y = 0; y < pixels.y; ++y)
     for (int x = 0; x < pixels.x; ++x) put(p, x, y, kGround);
-  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // `hi` lies one pixel outside the plot
+  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one pixel outside the plot
 
-  // Each pixel shows the maximum of all values that it represents. So a thin line stays visible.
+  // Each pixel shows the maximum of the values that it covers, so that a thin line remains visible.
   const audio::Spectrogram s = audio::spectrogram(recording.mono(), recording.rate, static_cast<std::size_t>(size.x));
   const float loudest = *std::max_element(s.dB.begin(), s.dB.end());
   for (int x = 0; x < size.x; ++x) {

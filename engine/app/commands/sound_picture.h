@@ -12,7 +12,7 @@ namespace typodont {
 struct SoundPicture {
   render::Picture picture;
   glm::ivec2 plot_lo{0}, plot_size{0};  // pixels: upper left corner and size of the plot
-  double to = 0;                        // Hz, frequency at the plot's upper edge; the lower edge is 0 Hz
+  double to = 0;                        // Hz, frequency at the plot's upper edge; lower edge: 0
   double seconds = 0;                   // s, duration that the plot shows
 };
 

@@ -1,4 +1,4 @@
-// `typodont volume`: tissue as volumes of samples for other programs.
+// `typodont volume`: exports tissue as volumes for other programs.
 #include <fmt/format.h>
 
 #include <memory>

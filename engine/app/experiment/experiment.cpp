@@ -35,7 +35,7 @@ nlohmann::ordered_json number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
-/// "4.5 % (95 %: 2.4 to 8 %)"; the lower limit only if the upper one is infinite.
+/// An estimate as text: "4.5 % (95 %: 2.4 to 8 %)". If the upper limit is infinite, only the lower limit.
 std::string text_of(const Estimate& e, std::string_view unit) {
   if (!std::isfinite(e.high)) return fmt::format("not determined, {:.3g} {} or more", e.low, unit);
   return fmt::format("{:.3g} {} (95 %: {:.3g} to {:.3g} {})", e.value, unit, e.low, e.high, unit);
@@ -56,7 +56,7 @@ std::string_view words_of(Question question, session::Language language) {
 Experiment::Experiment(const ExperimentPlan& plan) : plan_(plan), staircase_(plan.rule), random_(plan.seed) {
   if (plan_.question == Question::kModel) {
     for (int i = 0; i < plan_.trials; ++i) orders_.push_back(i % 2 == 1);
-    // std::shuffle differs between standard libraries.
+    // Own shuffle, because std::shuffle differs between standard libraries.
     for (std::size_t i = orders_.size(); i > 1; --i) {
       const std::size_t j = random_() % i;
       const bool moved = orders_[i - 1];
@@ -81,7 +81,7 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  // stimulus values; for kModel: indices of the models
+  // Values of both stimuli; for kModel: indices of the models.
   double lesser = 0, greater = 1;
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];
@@ -118,7 +118,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // For models, `right` counts the answers for the second one.
+    // For models, `right` counts the answers "second model".
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

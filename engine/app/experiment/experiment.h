@@ -1,5 +1,5 @@
-// Two-alternative trials: two stimuli in random order, and the subject says which was greater. The subject is a person
-// (live_subject.h) or simulated (simulated_subject.h). One thread only.
+// Two-alternative trials: the subject feels two stimuli in random order, and states which was greater. The subject is a
+// person (live_subject.h) or simulated (simulated_subject.h). One thread only.
 #pragma once
 
 #include <array>
@@ -20,26 +20,26 @@ namespace typodont {
 enum class Question { kStiffness, kForce, kDelay, kModel };
 inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "force", "delay", "model"};
 std::string_view name_of(Question question);
-/// "%" or "ms"; empty for models.
+/// Unit of the differences: "%" or "ms"; empty for models.
 std::string_view unit_of(Question question);
-/// For example "Which was stiffer?"
+/// The question as text, for example "Which was stiffer?".
 std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
 
-/// Each member replaces or scales a property of the scene.
+/// One stimulus. Each member replaces or scales a scene property.
 struct Stimulus {
   std::string model;           // empty: the scene's contact model
-  double stiffness_ratio = 1;  // relative to the scene's
-  double force_fraction = 1;   // 0..1, of the force on the hand
+  double stiffness_ratio = 1;  // factor on the scene's stiffness
+  double force_fraction = 1;   // 0 to 1, fraction of the force on the hand
   double delay = 0;            // s, delay of the force at the hand
 };
 
 struct Trial {
-  int number = 0;  // from 1
+  int number = 0;  // number of the trial, from 1
   std::array<Stimulus, 2> stimuli;
-  /// N/mm, % or ms, as in the log; models: index in ExperimentPlan::models.
+  /// Values of the stimuli in N/mm, % or ms, as in the log. For models: indices in ExperimentPlan::models.
   std::array<double, 2> values{};
-  double level = 0;  // greater minus smaller, in the question's unit
-  /// the second stimulus is the greater one, or has the second model
+  double level = 0;  // larger value minus smaller value, in the question's unit
+  /// True: the second stimulus is the greater one, or has the second model.
   bool greater_second = false;
 };
 
@@ -48,31 +48,31 @@ enum class Answer { kFirst, kSecond };
 struct AnsweredTrial {
   Trial trial;
   Answer answer = Answer::kFirst;
-  double seconds = 0;  // from question to answer; 0 if simulated
+  double seconds = 0;  // s, from the question to the answer; 0 if simulated
   bool right() const { return (answer == Answer::kSecond) == trial.greater_second; }
 };
 
 struct ExperimentPlan {
   Question question = Question::kStiffness;
-  double scene_stiffness = 0;         // N/m, of the scene's coupling
-  double reference = 0;               // stiffness: N/mm; force: % of the servo's; delay: ms
+  double scene_stiffness = 0;         // N/m, stiffness of the scene's coupling
+  double reference = 0;               // reference stimulus; stiffness: N/mm; force: % of servo force; delay: ms
   std::array<std::string, 2> models;  // only for kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
-  int trials = 150;                   // at most; for models: exactly
-  // reversals of the staircase after which the experiment ends
+  int trials = 150;                   // largest number of trials; for models: exact number
+  // Number of staircase reversals after which the experiment ends.
   int turns = 24;
   std::uint64_t seed = 1;  // random seed for the order of the stimuli
 };
 
-/// Hands out the trials of a plan and collects the answers.
+/// Supplies the trials of a plan and collects the answers.
 class Experiment {
  public:
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// 0..1, the larger of the fractions of trials and of reversals.
+  /// Progress, 0 to 1: the larger of the fractions of trials and of reversals.
   double fraction() const;
-  /// The same until answer().
+  /// The current trial, until answer() is called.
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);
 
@@ -86,34 +86,34 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  // For models: whether the second one comes second. Both orders equally often.
+  // For each trial with models: true if the second model comes second. Both orders occur equally often.
   std::vector<bool> orders_;
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
 
-/// Computed from answered trials, which may come from a log.
+/// Result computed from answered trials, for example from a log.
 struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
   std::optional<PsychometricFit> fit;  // fitted psychometric function; empty if models are compared
-  int turns = 0;                       // number of turns (reversals) of the staircase
-  // difference where the staircase settled; fraction right there
+  int turns = 0;                       // number of reversals of the staircase
+  // Difference where the staircase settled; fraction of right answers there.
   double settled_level = 0, target = 0;
-  Estimate chosen;  // fraction for the second model
-  // p-value: probability that random answers differ from an equal split at least as much.
+  Estimate chosen;  // fraction of answers that chose the second model
+  // p-value: probability that random answers deviate from an equal split at least as much.
   double chance = 1;
-  Estimate second;  // fraction of answers "second"
+  Estimate second;  // fraction of answers that chose the second stimulus
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);
 
-/// Indented JSON. `log`: the file of the trials.
+/// The result as indented JSON. `log`: file of the trials.
 std::string json_of(const ExperimentResult& result, const std::string& log);
-/// For the terminal.
+/// The result as text for the terminal.
 std::string words_of(const ExperimentResult& result);
-/// A self-contained HTML page with plots.
+/// The result as a self-contained HTML page with plots.
 std::string page_of(const ExperimentPlan& plan, const ExperimentResult& result,
                     const std::vector<AnsweredTrial>& answered, const std::string& title);
 

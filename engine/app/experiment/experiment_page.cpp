@@ -1,4 +1,4 @@
-// An experiment's result as one HTML file without scripts; drawings are SVG.
+// Writes the result of an experiment as one HTML file without scripts; drawings are SVG.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr const char* kStyle =
     "td,th{border:1px solid #c9ced8;padding:.25rem .6rem;text-align:left}figure{margin:1rem 0}"
     "figcaption{color:#4a5263}text{font:13px system-ui,sans-serif;fill:#1d2330}";
 
-/// Axes and labels of a plot; values to pixels.
+/// Axes and labels of a plot; converts values to pixels.
 class Frame {
  public:
   static constexpr double kLeft = 64, kTop = 16, kWidth = 640, kHeight = 260;

@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.3;  // s, duration without contact that is required before the next stimulus begins
+constexpr double kFree = 0.3;  // s, required time without contact before the next stimulus
 
 /// Reads answers from standard input without blocking.
 class TypedAnswers {
@@ -54,8 +54,8 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  // The scene with the contact model of the running session. The session keeps a reference to this scene, so the scene
-  // must exist longer than the session.
+  // The scene with the contact model of the running session, which keeps a reference to it. So it must outlive the
+  // session.
   Scene shown;
   std::string model;  // name of the contact model of the session
   std::optional<Workbench> bench;
@@ -67,7 +67,7 @@ struct LiveSubject::Impl {
     options.workbench.most_delay = options.most_delay;
   }
 
-  /// Shows the text of the catalogue's entry `key` in the window, and prints it in English on the terminal.
+  /// Shows the catalogue's text `key` in the window, and prints it in English on the terminal.
   void say(std::string_view key, const std::string& value = {}) {
     bench->say(hud_text(options.workbench.language, key, value));
     log::info("{}", hud_text(session::Language::kEnglish, key, value));
@@ -84,7 +84,7 @@ struct LiveSubject::Impl {
     bench->start();
   }
 
-  /// Waits until the tool has had no contact for the time kFree. Returns false if the session has ended.
+  /// Waits until the tool has had no contact for the time kFree. False if the session has ended.
   bool wait_until_free() {
     Nanos since = now();
     bool told = false;

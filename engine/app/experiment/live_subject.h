@@ -1,4 +1,4 @@
-// A person as subject, who feels the stimuli in a live session and answers by key. Render thread only.
+// A person as the subject, who feels the stimuli in a live session and answers by key. Render thread only.
 #pragma once
 
 #include <memory>
@@ -11,8 +11,8 @@
 
 namespace typodont {
 
-/// Stimuli of the same model share one session. A stimulus changes only while the tool touches nothing, so there is no
-/// force step. Answers: left arrow (first), right arrow (second), or "1" and "2" on standard input.
+/// Stimuli with the same contact model share one session. A stimulus changes only while the tool touches nothing, so
+/// that the force does not jump. Answers: left arrow (first), right arrow (second), or "1" and "2" on standard input.
 class LiveSubject {
  public:
   struct Options {
@@ -21,7 +21,7 @@ class LiveSubject {
     double seconds = 4;     // s, duration of each stimulus
     double most_delay = 0;  // s, largest delay among the stimuli
   };
-  /// The first ask() opens a session. Throws Error.
+  /// Prepares trials; the first ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
   ~LiveSubject();
 
@@ -29,7 +29,8 @@ class LiveSubject {
     Answer answer;
     double seconds;  // s, time from the question to the answer
   };
-  /// Both stimuli, then the answer; empty if the session ended. `of`: for example "12 of at most 100".
+  /// Presents both stimuli, then asks. Empty if the session ended. `of`: progress for the user, for example "12 of at
+  /// most 100".
   std::optional<Given> ask(const Trial& trial, const std::string& of);
   /// Ends the session. Throws RunFailure if the session failed.
   void stop();

@@ -17,22 +17,22 @@ using Binomial = boost::math::binomial_distribution<double>;
 
 constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile, one degree of freedom
-constexpr double kLeastProbability = 1e-12;            // so that no answer makes the likelihood 0
-// Widths lie between smallest difference / kWidthRange and largest · kWidthRange.
+constexpr double kLeastProbability = 1e-12;            // lower limit of a probability: the likelihood never becomes 0
+// The width is searched between smallest difference / kWidthRange and largest difference · kWidthRange.
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// Answers at one difference.
+/// All answers at one difference, and those that were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// Maximum of `f`: a grid, then Brent's method near its best point.
+/// Position of the maximum of `f`: first on a grid, then by Brent's method near the best grid point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
-  constexpr int kBits = 20;  // precision of Brent's method
+  constexpr int kBits = 20;  // bits of precision in Brent's method
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;
@@ -62,7 +62,8 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Best lapse rate for this bias and width; the log-likelihood is concave in it. Returns the log-likelihood.
+  /// Finds the lapse rate with the largest log-likelihood for this bias and width (the function is concave). Returns
+  /// the log-likelihood.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -123,7 +124,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Derivative by the lapse rate.
+  /// Derivative of the log-likelihood with respect to the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -132,7 +133,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// End of an interval by bisection. `in` is inside, `out` outside.
+  /// Finds the end of an interval by bisection. `in`: a point inside it, `out`: a point outside.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -142,9 +143,9 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // Φ at each level for the present bias and width
-  double greatest_ = 0;         // between the stimuli of any trial
-  double low_ = 0, high_ = 0;   // log of the smallest and largest width
+  std::vector<double> shares_;  // Φ at each level for the current bias and width
+  double greatest_ = 0;         // largest absolute difference between the stimuli of a trial
+  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest width
 };
 
 }  // namespace
@@ -164,14 +165,14 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate fraction_of(int chosen, int count) {
-  constexpr double kTail = 0.025;  // on each side of the 95 % interval
+  constexpr double kTail = 0.025;  // probability outside the 95 % interval, on each side
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  // two-sided: twice the tail of one side
+  // Two-sided test: twice the tail of one side.
   return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));
 }
 

@@ -7,26 +7,26 @@ namespace typodont {
 
 /// One answered trial.
 struct Judgement {
-  double difference = 0;  // second minus first, % of the reference or ms
-  bool second = false;    // the second was judged greater
+  double difference = 0;  // second stimulus minus first, % of the reference or ms
+  bool second = false;    // true: the second stimulus was judged greater
 };
 
-/// P("second") = lapse / 2 + (1 − lapse) Φ((difference − bias) / width). García-Pérez & Alcalá-Quintana 2011; lapse
-/// rate as in Wichmann & Hill 2001.
+/// Probability of the answer "second": lapse / 2 + (1 − lapse) Φ((difference − bias) / width), as in García-Pérez &
+/// Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001.
 struct Psychometric {
-  /// where both answers are equally likely; not 0 if the order matters
+  /// Difference at which both answers are equally likely; not 0 if the order of the stimuli matters.
   double bias = 0;
   double width = 1;  // standard deviation of the judgement
-  double lapse = 0;  // 0..1, fraction of random answers
+  double lapse = 0;  // 0 to 1, fraction of random answers
 
   double second(double difference) const noexcept;
-  /// Just-noticeable difference: 75 % right without bias and lapses.
+  /// Just-noticeable difference: 75 % right answers, without bias and lapses.
   double jnd() const noexcept;
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// With 95 % interval. An end that the answers do not determine is 0 or infinity (just-noticeable difference), or the
-/// smallest or largest difference (bias).
+/// A value with its 95 % interval. If the answers do not determine an end of the interval, it is 0 or infinity
+/// (just-noticeable difference), or the smallest or largest difference (bias).
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };
@@ -37,16 +37,17 @@ struct PsychometricFit {
   double log_likelihood = 0;
 };
 
-inline constexpr double kMostLapses = 0.06;  // Wichmann & Hill 2001
+inline constexpr double kMostLapses = 0.06;  // upper limit of the lapse rate (Wichmann & Hill 2001)
 
-/// Maximum likelihood; intervals from the profile likelihood (χ², one degree of freedom). Needs a judgement with a
-/// difference other than 0. Bias within the range of differences. Staircases bias the just-noticeable difference by −5
-/// to −10 % after 80 trials (Kaernbach 2001); the interval still covers it in 95 %.
+/// Fits by maximum likelihood, with intervals from the profile likelihood (χ², one degree of freedom). Needs a
+/// judgement with a difference other than 0. The bias is limited to the range of differences.
+/// Staircases bias the just-noticeable difference by −5 to −10 % after 80 trials (Kaernbach 2001); the interval still
+/// covers it in 95 % of cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
-/// Exact 95 % interval (Clopper & Pearson 1934).
+/// The fraction chosen / count with its exact 95 % interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// p-value of a two-sided binomial test of chosen / count against 1/2.
+/// p-value of a two-sided binomial test of chosen/count against 1/2.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

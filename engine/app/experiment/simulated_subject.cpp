@@ -13,12 +13,12 @@ namespace typodont {
 
 namespace {
 
-// of the stimulus's largest force: in contact above it
+// The tool is in contact if the force exceeds this fraction of the stimulus's largest force.
 constexpr double kTouched = 0.1;
 constexpr double kDelayRange = 1;          // s, largest delay
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Uniform in [0, 1), the same in every standard library.
+/// Uniform random number in [0, 1), equal in every library.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
@@ -30,7 +30,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// second − first; the nominally smaller stimulus is 100 %.
+/// second − first, in % of the nominally smaller stimulus.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }
@@ -38,7 +38,7 @@ double signed_percent(const Trial& trial, double first, double second) {
 }  // namespace
 
 Answer SimulatedObserver::judge(double difference) {
-  // Lapses and bias included.
+  // The probability includes lapses and bias.
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 

@@ -1,5 +1,5 @@
-// A subject with a known threshold. Judges nominal values, or the forces that the real servo computes for a scripted
-// hand. One thread only.
+// A simulated subject with a known threshold. It judges nominal values, or forces that the real servo computes for a
+// scripted hand. One thread only.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@
 
 namespace typodont {
 
-/// Adds Gaussian noise to the difference, with lapses.
+/// Judges differences with Gaussian noise and lapses.
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}
-  /// `difference`: second − first, in the question's unit.
+  /// The answer. `difference`: second − first, in the question's unit.
   Answer judge(double difference);
 
  private:
@@ -27,25 +27,25 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// second − first in the question's unit; % are of the smaller stimulus.
+/// second stimulus minus first, in the question's unit. % refer to the smaller stimulus.
 double nominal_difference(const Trial& trial);
 
-/// Measured during one stimulus.
+/// Properties measured during one stimulus.
 struct Felt {
-  /// N/m, least-squares slope of force over depth, along the first contact's normal
+  /// Least-squares slope of force over depth, along the normal of the first contact, N/m.
   double stiffness = 0;
   double force = 0;  // N, largest force during the stimulus
-  double delay = 0;  // s, from the first contact to a tenth of the largest force
+  double delay = 0;  // s, time from the first contact until the force is a tenth of its maximum
 };
 
-/// The real servo with a scripted hand, as fast as possible; nothing is cut. Stimuli of one model share a servo, as in
-/// a live session.
+/// Runs the real servo with a scripted hand, as fast as possible; nothing is cut. Stimuli with the same contact model
+/// share a servo, as in a live session.
 class ScriptedTouch {
  public:
-  /// `hand`: HAND.csv or HAND.json; begins and ends in the air. `rate`: Hz. Throws Error.
+  /// `hand`: a file HAND.csv or HAND.json whose path begins and ends in the air. `rate`: Hz. Throws Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
-  /// Throws Error if the hand touches no tissue, or begins or ends inside it.
+  /// Runs one stimulus. Throws Error if the hand touches no tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
   /// second − first of the measured property, in the question's unit.
   double measured_difference(Question question, const Trial& trial);
@@ -55,7 +55,7 @@ class ScriptedTouch {
   Scene scene_;
   std::string hand_;
   double rate_;
-  std::map<std::string, std::unique_ptr<Loop>> loops_;  // one per contact model
+  std::map<std::string, std::unique_ptr<Loop>> loops_;  // one for each contact model
 };
 
 }  // namespace typodont

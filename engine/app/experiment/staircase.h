@@ -1,4 +1,4 @@
-// Adaptive staircases: the next trial's difference from the earlier answers. Any thread.
+// Adaptive staircases: they choose the next trial's difference from the earlier answers. Any thread.
 #pragma once
 
 #include <cmath>
@@ -6,25 +6,26 @@
 
 namespace typodont {
 
-/// The level is the difference of a trial's stimuli. Changes are ratios, so it never reaches 0.
+/// Rule of a staircase. The level is the difference between the stimuli of a trial. It changes by ratios, so it never
+/// reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    /// Down after `down` right answers in a row, up after each wrong one (Levitt 1971).
+    /// The level falls after `down` right answers in a row, and rises after each wrong answer (Levitt 1971).
     kTransformed,
-    /// Down a little after each right answer, up more after each wrong one (Kaernbach 1991).
+    /// The level falls a little after each right answer, and rises more after each wrong one (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// kTransformed: settles at 0.5^(1/down) right answers.
+  /// For kTransformed: settles where the fraction of right answers is 0.5^(1/down).
   int down = 2;
-  double weighted_at = 0.75;  // fraction right where kWeighted settles
-  double start = 50;          // first level, in the experiment's unit
+  double weighted_at = 0.75;  // for kWeighted: fraction of right answers where the staircase settles
+  double start = 50;          // first level, in the unit of the experiment
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio of levels in the first `coarse` reversals
-  double step = 1.2;        // and afterwards
-  int coarse = 3;           // reversals with `first_step`
+  double first_step = 1.6;  // ratio of two levels, during the first `coarse` reversals
+  double step = 1.2;        // ratio of two levels after the first `coarse` reversals
+  int coarse = 3;           // number of reversals with `first_step`
 
-  /// Fraction right where the staircase settles.
+  /// Fraction of right answers where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -32,9 +33,9 @@ class Staircase {
  public:
   explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
 
-  /// Of the next trial.
+  /// Level of the next trial.
   double level() const { return level_; }
-  /// `right`: of the present trial.
+  /// Takes the answer to the current trial. `right`: correct.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -45,9 +46,10 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Reversals so far, from falling to rising or back.
+  /// Number of reversals of direction so far.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean at an even number of reversals after the first `coarse`; 0: too few.
+  /// Geometric mean of the levels at the reversals after the first `coarse` (an even number of them). 0: too few
+  /// reversals.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -61,8 +63,8 @@ class Staircase {
 
   StaircaseRule rule_;
   double level_;
-  int in_a_row_ = 0;   // right answers since the last change
-  int direction_ = 0;  // last change: 1 up, -1 down, 0 none
+  int in_a_row_ = 0;   // number of right answers since the last change of level
+  int direction_ = 0;  // last change's direction: 1 up, -1 down, 0 none yet
   std::vector<double> turns_;
 };
 

@@ -18,9 +18,9 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // the rest of the first line is the plan as JSON
+constexpr std::string_view kPlan = "# plan ";  // the rest of the first line: the plan as JSON
 
-/// Columns that depend on the question.
+/// Names of the columns that depend on the question.
 struct Columns {
   std::string first, second, level;
 };

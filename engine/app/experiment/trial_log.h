@@ -1,4 +1,4 @@
-// The trials as a table. The file is rewritten after every trial.
+// Stores trials as a table, which is rewritten after each.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,17 @@
 namespace typodont {
 
 struct TrialLog {
-  ExperimentPlan plan;  // only question, models, rule
-  std::string scene;    // as the user wrote it
-  std::string subject;  // name or code; may be empty
+  ExperimentPlan plan;  // only the members question, models and rule
+  std::string scene;    // name of the scene as the user wrote it
+  std::string subject;  // name or code of the subject; may be empty
   std::vector<AnsweredTrial> answered;
 };
 
-/// First the lines with '#', which hold the plan.
+/// The log as a table. Its first lines begin with '#' and contain the plan.
 std::string table_of(const TrialLog& log);
-/// Killed while writing, the file keeps the previous trial's table.
+/// Writes the log. If the program is killed while it writes, the table of the last trial remains.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
-/// Throws Error with file, line and column.
+/// Reads a log. Throws Error with file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);
 
 }  // namespace typodont

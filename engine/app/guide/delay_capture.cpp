@@ -32,12 +32,12 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// Samples of one device with arrival times, on its own thread.
+/// Records the samples of one device with their arrival times, on its own thread.
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample, which starts the device's own clock. All wake() come before the first begin(), so that
-  /// start-up is no delay.
+  /// Reads the first sample, which starts the device's own clock. All devices wake() before the first one begins, so
+  /// that their start-up does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
@@ -63,7 +63,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// ns, the common zero of a run.
+  /// Start time of the run, common to both devices, ns.
   static Nanos zero() {
     static const Nanos began = now();
     return began;

@@ -1,4 +1,4 @@
-// One motion recorded by the bench's haptic device and a sensor that moves with it. Time stamps are arrival times on
+// Records one motion with the bench's haptic device and a sensor that moves with it. Time stamps are arrival times on
 // this computer's clock, as in a session.
 #pragma once
 
@@ -9,10 +9,10 @@
 namespace typodont {
 
 struct DelayCaptureOptions {
-  std::string hand;  // a device that can move the tool
-  std::string with;  // address of device B: another hand, or opentrack:[ADDRESS:]PORT
+  std::string hand;  // address of the haptic device, which can move the tool
+  std::string with;  // address of the second device: another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  // s at most; ends earlier at 0.1 ms accuracy
+  // Longest recording, s. It ends earlier when the delay is known to 0.1 ms.
   double seconds = 30;
 };
 
@@ -21,8 +21,8 @@ struct DelayCapture {
   calibration::DelayResult result;
 };
 
-/// Prompts on standard output, an estimate every two seconds. Throws Error at set-up, RunFailure if a stream ends
-/// early.
+/// Prints prompts on standard output, and an estimate every two seconds. Throws Error at set-up, RunFailure if a stream
+/// of samples ends early.
 DelayCapture capture_delay(const DelayCaptureOptions& options);
 
 }  // namespace typodont

@@ -35,15 +35,15 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads the hand on its own thread, without force. A touch is a point touched with the tip and confirmed by pedal or
-/// key; take() returns them one by one.
+/// Reads the hand on its own thread, without force. A touch is a point that the user touches with the tip and confirms
+/// by pedal or key; take() returns the touches one by one.
 class GuideHand {
  public:
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // joint angles; empty if not reported
-    double moved = 0;                   // m, tip motion during the touch
+    std::optional<ArmReading> reading;  // joint angles; empty if the device does not report them
+    double moved = 0;                   // m, motion of the tip during the touch
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -53,7 +53,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // Base and tool are what is calibrated, so the device uses its own frames.
+    // The poses of base and tool are being calibrated, so the device uses its own frames.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -66,9 +66,9 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// As if the pedal was pressed.
+  /// Has the effect of pressing the pedal.
   void press() { asked_ = true; }
-  /// Presses before this are ignored.
+  /// From now on, touches are accepted; earlier ones are ignored.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -84,7 +84,7 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    // Late writes would trigger the device's safety layer.
+    // Real-time priority: late writes would trigger the device's safety layer.
     if (device_->info().force_limit > 0) enter_realtime({});
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
@@ -105,14 +105,14 @@ class GuideHand {
   StillTouch still_;  // detects touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  // the hand's thread uses it while `state_` is kReady, the main thread while it is kPressed
+  // Used by the hand's thread while `state_` is kReady, and by the main thread while it is kPressed.
   Press press_;
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
 };
 
-/// Cues, one after the other.
+/// Plays the sounds of the guide, one after the other.
 class GuideVoice {
  public:
   explicit GuideVoice(const std::string& address)
@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, longer than every cue
+  static constexpr double kLength = 0.2;  // s, time reserved for a cue; longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -163,14 +163,14 @@ class GuideVoice {
   bool file_;
   std::array<std::vector<float>, 5> sounds_;
   Ring<Cue> cues_{64};
-  const std::vector<float>* playing_ = nullptr;  // audio thread only
+  const std::vector<float>* playing_ = nullptr;  // used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // Last, so that output stops before its data is destroyed.
+  // Declared last: the output stops before its data is destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Read from the rig file.
+/// Properties of the screen, read from the rig file.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -185,14 +185,14 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // no screen is described yet before its calibration
+  } catch (const Error& e) {  // before its calibration, the rig describes no screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the bench's screen, in the rig's stereo layout.
+/// Window on the bench's screen, in the rig's stereo layout.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
@@ -217,7 +217,7 @@ class GuideScreen {
     changed_ = true;
     draw();
   }
-  /// Keys and the close button. Redraws what the desktop lost.
+  /// Reads keys and the close button. Redraws the picture if the desktop has lost it.
   display::UserInput poll() {
     display::UserInput input = output_->poll();
     if (changed_ || output_->needs_frame()) draw();
@@ -234,7 +234,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    // minimised, or not drawable now; a later call tries again
+    // The window is minimised or cannot be drawn now; a later call tries again.
     if (!target) return;
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
@@ -259,7 +259,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// For each eye, at the size that needs no scaling.
+  /// Makes each eye's picture, in the size that needs no scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -288,7 +288,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // `ring_` would throw if the GPU is lost.
+    // Not through `ring_`, which throws if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
@@ -307,12 +307,12 @@ class GuideScreen {
   gpu::Buffer bytes_;
   glm::ivec2 size_{0};
   Prompt prompt_;
-  bool changed_ = false;  // the prompt has changed since
-  bool fresh_ = false;    // not yet uploaded
+  bool changed_ = false;  // the prompt has changed since the pictures were made
+  bool fresh_ = false;    // the pictures are not yet uploaded
 };
 #endif
 
-/// Standard input by lines, with a time limit.
+/// Reads standard input line by line, with a time limit.
 class Keyboard {
  public:
   std::optional<std::string> line(int wait_ms) {
@@ -336,12 +336,12 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      // longer than any valid line
+      // Ends a line that is longer than any valid line.
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// To be read before more of standard input.
+  /// Adds lines to read before the rest of standard input.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -350,7 +350,7 @@ class Keyboard {
   bool ended_ = false;
 };
 
-// "x y z" in mm, or six joint angles in rad.
+// Parses "x y z", mm, or six joint angles, rad.
 std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
   std::vector<double> numbers;
   const char *at = line.data(), *end = line.data() + line.size();
@@ -373,7 +373,7 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-/// One step of the calibration, from first prompt to end.
+/// One calibration step, from the first prompt to the end.
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
@@ -399,13 +399,13 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // In this order: between take() and ended() the hand's last press would be lost.
+      // Read ended() before take(): in the other order, the hand's last touch could be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // Asked by key: wait for the hand before the next key.
+      // The user confirmed a touch by key: wait for the hand before reading the next key.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -459,7 +459,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports `happened`, prompts for the next touch and takes it.
+  /// Reports `happened`, prompts for the next touch, and takes it.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -494,7 +494,7 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Only open arm designs have a kinematic model that gives the tip.
+      // Only open arm designs have a kinematic model.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }
@@ -546,7 +546,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // asked by key, not yet answered by the hand
+  bool waiting_ = false;  // user confirmed by key; hand has not answered yet
 };
 
 }  // namespace

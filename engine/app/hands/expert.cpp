@@ -19,40 +19,41 @@ namespace typodont {
 
 namespace {
 
-/// Forces of the cuts, in the task's mean force. ExpertHand adjusts its lead to them.
+/// Forces of the cuts, as factors on the task's mean force. ExpertHand adjusts its lead to reach them.
 struct CutForce {
-  // rough: bulk, if another tool finishes; bulk: if the same one does; finishing: final surface
+  // rough: bulk removal if another tool finishes; bulk: bulk removal if the same tool finishes; finishing: final
+  // surface.
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
-  // a coarse tool's bulk; near the greatest power of a turbine
+  // Bulk removal with a coarse tool; near the largest power of a turbine.
   static constexpr double coarse = 2.0;
-  // upper limit, in the largest force that the task accepts
+  // Upper limit, as a fraction of the task's largest force.
   static constexpr double below_most = 0.9;
 };
 
-/// How strokes are joined to one sequence of steps.
+/// Parameters for joining strokes to one sequence of steps.
 struct Joining {
-  // cosines between two strokes: full speed above, slowest below
+  // Cosine of the angle between two strokes: full speed above straight_on, slowest speed below `turn`.
   static constexpr double straight_on = 0.9, turn = 0.3;
-  // m/s at the joint: between the two cosines, and below `turn`
+  // Speed at the joint of two strokes, m/s: if the cosine is between these two values, and if it is below `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double coarse_haste = 2.5;  // factor on both with a coarse tool
-  // m, below it two strokes are continuous
+  static constexpr double coarse_haste = 2.5;  // factor on both speeds for a coarse tool
+  // m; with a smaller gap, two strokes are continuous.
   static constexpr double no_gap = 1e-6;
-  // m, longest run of a hand instrument's strokes
+  // Longest run of strokes with a hand instrument, m.
   static constexpr double longest_run = 3e-3;
-  // m, below it the tool is not lifted
+  // m; over a smaller gap, the tool is not lifted.
   static constexpr double joined = 0.6e-3;
-  // m, above the highest obstacle between two strokes
+  // Height above the highest obstacle between two strokes, m.
   static constexpr double hop = 0.5e-3;
-  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank
-  // m, from obstacles beside the path
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank
+  // Distance from obstacles beside the path, m.
   static constexpr double beside = 0.3e-3;
-  static constexpr double above = 1.0e-3;  // m, of travel above the highest tissue
-  static constexpr double run_up = 0.6;    // s, for the drill to reach its speed
+  static constexpr double above = 1.0e-3;  // m, height of free motion above the highest tissue
+  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
 };
 
-/// m, of a typical CT of a tooth. Tasks with larger voxels treat larger bodies: all lengths of the motion grow with
-/// them.
+/// Voxel of a typical CT of a tooth, m. A task with larger voxels treats a larger body, so all lengths of the motion
+/// increase in proportion.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -62,91 +63,93 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = CutForce::below_most * rule.target;
   }
-  // The default is for teeth. If the task needs a mean force above it, there is no limit.
+  // The default limit is for teeth. If the task needs a larger mean force, there is no limit.
   if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
 }
 
-/// Choice and order of the cutting tools.
+/// Parameters for the choice and order of the cutting tools.
 struct ToolChoice {
-  // between passes, in diameters; m, bounds
+  // Distance between two passes, as a fraction of the tool's diameter; its limits, m.
   static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.5e-3;
-  // The same for a coarse tool. At the bound its round end leaves ridges of 0.04 mm.
+  // Distance between two passes of a coarse tool. At the limit, its round end leaves ridges of 0.04 mm.
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
-  // m, of a hand instrument into tissue that must stay. Negative: enamel would bear the force, and the filling beside
-  // it would hardly be cut.
+  // Allowed overlap of a hand instrument with tissue that must stay, m. Negative: otherwise enamel would carry the
+  // force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
-  static constexpr double allowance = 0.005e-3;  // m, the same of a bur
-  // m, thinnest cut of a bur; below the 0.02 mm that the score tolerates
+  static constexpr double allowance = 0.005e-3;  // m, allowed overlap of a bur with tissue to keep
+  // Thinnest cut of a bur, m; less than the 0.02 mm that the score tolerates.
   static constexpr double least_cut = 0.015e-3;
-  // The error is the volume off the ideal. Tools that reduce it by (1 - tolerated_loss) of the best are good enough;
-  // the widest of them is fastest.
+  // The error is the volume that differs from the ideal. A tool is good enough if it reduces the error by at least (1 -
+  // tolerated_loss) of the best tool's reduction. The widest of these tools is the fastest.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m, widths that count as equal
-  // error after the best tool / after the chosen one; below it, another tool finishes
+  static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
+  // If error after the best tool / error after the chosen tool is below this, another tool finishes.
   static constexpr double hardly_less = 0.6;
-  // Another tool is taken if it leaves less than needed_reduction of the present error, and gains at least least_gain
-  // of the first error.
+  // Another tool is used if it leaves less than needed_reduction of the current error, and reduces the error by at
+  // least least_gain of the first error.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// Filling comes in portions: domes around the surface point nearest to the instrument's free end.
+/// Parameters of filling. It is added in portions: domes around the surface point nearest to the instrument's free end.
 struct Filling {
-  // m above the tissue, on the way to the next portion
+  // Height above tissue on the way between portions, m.
   static constexpr double hop_over = 0.3e-3;
-  static constexpr double grid = 0.15e-3;  // m, between the positions that are evaluated
+  static constexpr double grid = 0.15e-3;  // m, distance between the positions that are evaluated
   static constexpr int head_points = 120;
-  static constexpr double down = 0.04e-3;  // m, step of lowering onto the tissue
-  // in steps of at most this fraction of the distance left
+  static constexpr double down = 0.04e-3;  // m, step in which the instrument is lowered to tissue
+  // Largest step, as a fraction of the remaining distance.
   static constexpr double trusted = 0.7;
-  static constexpr double free = 0.03;  // voxels, from the tissue
-  // of a portion, in the instrument's largest reach
+  static constexpr double free = 0.03;  // voxels, distance that remains to the tissue
+  // Height and radius of a portion, as a fraction of the instrument's largest reach.
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
-  // in radii above the cavity's floor; higher, a wall would be nearer than the floor
+  // Largest height above the cavity's floor, in radii of the instrument. Higher up, a wall would be nearer than the
+  // floor.
   static constexpr double below_wall = 0.8;
-  // m; nearer to a wall, the instrument is nudged to it
+  // If a wall is nearer than near_wall, the instrument is moved to it in steps of `nudge`. m.
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
-  // m, step by which the instrument rises and fills the hole that it leaves
+  // The instrument rises in steps of this, and fills the hole that it leaves, m.
   static constexpr double rise = 0.3e-3;
-  // voxels, from the dome to the head
+  // Distance between dome and head, voxels.
   static constexpr double head_free = 0.5;
-  // The gradient's length is 1 near a single surface; shorter: midway between two.
+  // The gradient's length is 1 near a single surface. It is smaller midway between two surfaces.
   static constexpr double one_surface = 0.5;
-  // m above the final contour: first and second pass
+  // Largest height above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
-  // Cost of unwanted filling, in the gain of wanted filling: over the cavity in the first and second pass (carved away
-  // later), and on the enamel beside it, where a hand instrument hardly removes it.
+  // Cost of unwanted filling, relative to the gain of wanted filling: over the cavity in the first and second pass (it
+  // is carved away later), and on the enamel beside it, where a hand instrument hardly removes it.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels below the contour; a position is over the cavity if this point was empty before the task
+  // Depth below the contour, voxels. A position is over the cavity if the point at this depth was empty before the
+  // task.
   static constexpr double rim = 0;
-  // m above the lowest voxel that lacks filling; filling gains up to there
+  // Height above the lowest voxel that lacks filling, m. Only filling up to this height counts as gain.
   static constexpr double layer = 0.6e-3;
-  // voxels, depth inside the dome of a voxel that counts as filled
+  // A voxel counts as filled if it is this deep inside the dome, voxels.
   static constexpr double whole_voxel = 0.9;
-  // m³, smallest portion; can be added in one tick
+  // Smallest portion, m³. It can be added in one tick.
   static constexpr double least_volume = 0.004e-9;
-  static constexpr int at_once = 1;  // portions in one plan
-  // A portion is abandoned after `longer` times its duration plus `least_time` (s).
+  static constexpr int at_once = 1;  // number of portions in one plan
+  // A portion is abandoned after `longer` times its planned duration plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// When cutting and filling end.
+/// Parameters that decide when cutting and filling end.
 struct Rounds {
-  // After filling there is always another round of cutting; otherwise only if the last one left less than this of the
-  // error.
+  // Another round of cutting follows after filling. Otherwise it follows only if the last round left less than this
+  // fraction of the error.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
-  // m, excess that the first carving leaves
+  // Thickness of excess that the first carving leaves, m.
   static constexpr double clearly_too_high = 0.1e-3;
-  // m³, smallest useful layer
+  // Smallest useful layer of filling, m³.
   static constexpr double least_layer = 0.01e-9;
-  // useless layers in a row before the next instrument
+  // Useless layers in a row before the next instrument.
   static constexpr int most_vain = 3;
 };
 
-/// m³, tissue off the ideal.
+/// Volume of tissue that differs from the ideal, m³.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -156,7 +159,7 @@ double remaining_difference(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// m³, filling that is missing.
+/// Volume of missing filling, m³.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -166,7 +169,7 @@ double missing_in(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// m, mean diameter of the head over its length.
+/// Mean diameter of the head over its length, m.
 double mean_width(const haptics::Tool& tool) {
   constexpr int kPlaces = 16;
   double sum = 0;
@@ -176,7 +179,7 @@ double mean_width(const haptics::Tool& tool) {
 
 class Plan {
  public:
-  /// `filled`: where earlier plans added portions; this plan appends its own.
+  /// `filled`: positions of earlier plans' portions; this plan appends its own.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -197,13 +200,14 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// One tool after the other, until none reduces the error enough. Tissue thinner than `least_thickness` (m) stays.
+  /// Plans cuts with one tool after the other, until no tool reduces the error enough. Tissue thinner than
+  /// `least_thickness` (m) is not cut.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
-      now.before = now.after;  // the next strokes start from what the earlier ones leave
+      now.before = now.after;  // the next strokes start from tissue after the earlier strokes
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -242,13 +246,13 @@ class Plan {
     }
   }
 
-  /// Filling instruments in the set.
+  /// Number of filling instruments in the tool set.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// `coarser`: index of the instrument, by reach, 0 the finest. `over`: second pass, which may stand higher and whose
-  /// excess costs less. Empty if no portion gains.
+  /// Plans filling. `coarser`: index of the instrument, sorted by reach, 0 is the finest. `over`: second pass, which
+  /// may rise higher and whose excess costs less. Plans nothing if no portion is a gain.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -262,7 +266,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³ off the ideal after the planned cuts
+    double left = 0;  // m³, difference from the ideal after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -275,9 +279,9 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
-  /// Appends the steps of these strokes. `bulk_force`: in the task's mean force.
+  /// Appends these strokes' steps. `bulk_force`: factor on the mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of the present run
+    double run = 0;  // m, length of the current run
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
@@ -301,7 +305,7 @@ class Plan {
     }
     lift();
   }
-  /// m/s at the joint of two strokes.
+  /// Speed at the joint of two strokes, m/s.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -310,12 +314,12 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // cosine with the axis, from which a stroke is parallel to it
+    // A stroke counts as parallel to the axis if the cosine between them exceeds this.
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// As with a set of reamers: the stroke `in` for every narrower tool of the same shape, narrowest first, all to the
-  /// same depth; not for `last` itself.
+  /// Widens a hole as with a set of reamers: repeats the stroke `in` with every narrower tool of the same shape,
+  /// narrowest first, all to the same depth. The tool `last` itself is not included.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -347,7 +351,7 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// High above `to`, over all obstacles. `lifts`: straight up first.
+  /// Moves to a point high above `to`, over all obstacles. `lifts`: first straight up.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -361,7 +365,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Up to `height`, sideways, down, clear of the new portion.
+  /// Moves up to `height`, sideways and down, so that the tool does not touch the new portion.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -380,13 +384,13 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
   }
 
-  /// Its shank is parallel to the preparation's axis.
+  /// A filling instrument, its shank parallel to the preparation's axis.
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
     dvec3 u, v, w;             // the instrument's axes in frame W
     double half;               // m, from the head's centre to its free end
-    std::vector<dvec3> head;   // m from the head's centre, axes of W
+    std::vector<dvec3> head;   // m, points on the head relative to its centre, in the axes of W
     haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
@@ -401,27 +405,27 @@ class Plan {
     }
     dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
   };
-  /// Pose of the instrument, and the dome that it adds there.
+  /// The instrument's pose, and the dome that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, of the dome
-    // excess[k]: cost of unwanted filling in a dome of radius k + 1 voxels. wanted: for each k and height, voxels up to
-    // there that lack filling.
+    dvec3 center;  // m, centre of the dome
+    // excess[k]: cost of unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each height,
+    // number of voxels up to this height that lack filling.
     std::vector<double> excess, wanted;
-    // Heights of `wanted`, m along the axis.
+    // Heights of the elements of `wanted`: the lowest, and the distance between two, m along the axis.
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// m along u and v, and the portion there.
+  /// A position (m along u and v), and the portion that can be added there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Lowest voxels first: later filling would make them unreachable.
+  /// Plans portions for the lowest voxels first, because later filling would make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -436,7 +440,7 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      // A portion of this plan fills it.
+      // Skips voxels that an earlier portion of this plan fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
       double radius = 0;  // voxels, radius of the dome of filling
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
@@ -461,7 +465,7 @@ class Plan {
     if (portions > 0) lift();
   }
 
-  /// Pedal pressed until `volume` (m³) is filled.
+  /// Presses the pedal until `volume` (m³) is filled.
   void press(const Instrument& instrument, const Pose& X_WT, double volume) {
     pedal_ = 1;
     add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
@@ -469,7 +473,8 @@ class Plan {
     pedal_ = 0;
   }
 
-  /// Rises in steps and fills a small dome at each, or later domes would cover the instrument's hole.
+  /// Raises the instrument in steps and fills a small dome at each step. Otherwise later domes would cover the
+  /// instrument's hole.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
     const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
@@ -508,8 +513,8 @@ class Plan {
     return voxels;
   }
 
-  /// Best portion for voxel q, with its radius (voxels); null if none gains. Gain: missing volume up to Filling::layer
-  /// above q, minus the cost of excess. Higher filling would block the instrument.
+  /// Best portion for voxel q, with its radius in voxels; null if no portion is a gain. Gain: missing volume up to
+  /// Filling::layer above q, minus the cost of excess. Filling higher up would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -532,12 +537,12 @@ class Plan {
     }
     return best;
   }
-  /// Largest dome (voxels) that the instrument can add.
+  /// Radius of the largest dome the instrument can add, voxels.
   static double most_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome to the planned tissue. Returns m³.
+  /// Adds the dome to planned tissue. Returns its volume, m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -548,7 +553,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// Grid above the voxels that lack filling.
+  /// Grid of positions above the voxels that lack filling.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -570,13 +575,13 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument to the tissue, lifts it by a portion's height.
+  /// Lowers the instrument to the tissue, then lifts it by the height of a portion.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // Voxels to the tissue at height c, less Filling::free; 0 if nearer.
+    // Distance of the head to the tissue at height c, minus Filling::free, voxels; 0 if nearer.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -593,10 +598,10 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // Farther where there is more room below.
+      // The step is larger where there is more room below.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // To a near wall, or the slit between would stay unfilled.
+    // Moves the instrument to a near wall, because the slit between them would remain unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -617,8 +622,8 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Portion with the head's centre at (a, b, c). Its dome's centre is the surface point nearest to the free end, as in
-  /// the servo; midway between two walls, the point straight below. Empty if no surface is in reach.
+  /// The portion with the head's centre at (a, b, c). The centre of its dome is the surface point nearest to the free
+  /// end, as in the servo; midway between two walls, the point straight below. Empty if no surface is in reach.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -639,7 +644,7 @@ class Plan {
     return portion;
   }
 
-  /// m from p (voxels) straight down to tissue, up to the reach.
+  /// Distance from p (voxels) straight down to the tissue, m; at most the instrument's reach.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -685,7 +690,7 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling at p (voxels): low over the cavity.
+  /// Cost of unwanted filling at p (voxels); low over the cavity.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -694,12 +699,12 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Empty now, inside the ideal, and in the volume that the task changes.
+  /// True if voxel i is empty now, inside the ideal, and in the volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
 
-  /// m along the axis, of the tissue's highest point.
+  /// Height of the tissue's highest point along the axis, m.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
     for (int x = 0; x < field.size.x; ++x) {
@@ -714,20 +719,20 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³ off the ideal at the start
+  double whole_;  // m³, volume that differs from the ideal at the start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  // m along the axis: tissue's top, and travel
+  // Heights along the axis, m: top of tissue, free motion.
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N, of the next cuts
+  double force_ = 0;  // N, force of the next cuts
   std::uint32_t tool_ = 0;
-  // second pass of filling: may rise above the contour, is carved later
+  // True in the second pass of filling, which may rise above the contour and is carved later.
   bool over_ = false;
 };
 
@@ -747,13 +752,13 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // After useless layers, the next instrument, which reaches farther.
+  // After several useless layers, the next instrument is used, which has a longer reach.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Second pass, after the first carving: fills what is missing, and more.
+    // Second pass of filling, after the first carving: fills what is missing, and more.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     useless_layers_ = 0;
@@ -774,7 +779,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // If filling continues, the first carving leaves thin excess.
+    // If filling continues later, the first carving leaves thin excess.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();

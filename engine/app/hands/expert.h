@@ -1,4 +1,4 @@
-// Plans steps that change the tissue to the task's ideal. ExpertHand (expert_hand.h) follows them.
+// Plans the steps that change the tissue to the task's ideal. ExpertHand (expert_hand.h) follows them.
 #pragma once
 
 #include <limits>
@@ -11,56 +11,57 @@
 
 namespace typodont {
 
-/// m/s, of the target point along a cut
+/// Speed of the target point along a cut, m/s.
 inline constexpr double kExpertCutPace = 40e-3;
 
-/// A motion, a pause, or a change of tool.
+/// One step of a plan: a motion, a pause, or a change of tool.
 struct ExpertLeg {
   enum class Kind {
     kMove,    // moves the tool through the air
-    kCut,     // along a line, as fast as tissue goes
-    kScrape,  // to and fro with a hand instrument until it reaches the line
-    kWait,    // for a time, or until a volume is filled
+    kCut,     // moves along a line at the speed of the cut
+    kScrape,  // moves a hand instrument to and fro towards the line
+    kWait,    // waits for a time, or until a volume is filled
     kTake,    // the servo changes the tool when the drill stands still
   } kind = Kind::kMove;
   Pose to;
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;  // m³, at which kWait ends
-  /// m/s, at this stroke's end and the next one's start; 0: stop
+  double volume = 0;  // m³; kWait ends when this volume is filled
+  /// Speed at the end of this stroke and the start of the next one, m/s; 0: stop.
   double end_pace = 0;
-  double force = 0;     // N, of the hand during a cut
-  bool coarse = false;  // need not meet corners exactly
-  bool rough = false;   // bulk with a coarse tool: wider tolerance
+  double force = 0;     // N, force of the hand during a cut
+  bool coarse = false;  // true: need not reach corners exactly
+  bool rough = false;   // true: bulk removal with a coarse tool and wide tolerance
 };
 
-/// Body size and forces that scale the motion.
+/// Body size and forces, which scale the motion.
 struct ExpertGrip {
-  // factor on lengths of the motion; 1 for a tooth
+  // Factor on all lengths of the motion; tooth: 1.
   double size = 1;
-  double force = 1;                                             // N, mean force that the task asks for
-  double lead = 1e-3;                                           // m ahead of the tool, at the mean force
+  double force = 1;                                             // N, mean force that the task requires
+  double lead = 1e-3;                                           // m, the hand's lead over the tool at the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// m, perpendicular to the axis, where a portion was added. Its hole can be entered again only exactly there.
+/// Position where a portion was added, m, perpendicular to the axis. The hole in it can be entered again only at
+/// exactly this position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
 };
 
-/// Strokes to the ideal result with the scene's best tools: cavities, crowns and caries are cut, fillings built in
-/// layers and carved.
+/// Plans strokes to the ideal result with the scene's best tools: cuts cavities, crowns and caries; builds up fillings
+/// in layers and carves them.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. Throws Error without an ideal result.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// One layer of filling, or all cutting and carving. Empty if nothing improves the result. Throws Error if no tool
-  /// can begin.
+  /// Plans one layer of filling, or all cutting and carving. Empty if nothing improves the result. Throws Error if no
+  /// tool can begin.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
-  /// What the last plan leaves if followed exactly.
+  /// Tissue left by the last plan if followed exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:
@@ -68,16 +69,16 @@ class Expert {
   const ExpertGrip grip_;
   TaskEvaluator judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³ off the ideal at the start
+  double whole_;  // m³, volume that differs from the ideal at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
-  int layers_ = 0, cuts_ = 0;  // plans so far
-  /// layers at the last carving; 0 after the first carving until filling continues
+  int layers_ = 0, cuts_ = 0;  // number of plans so far
+  /// Number of layers at the last carving. 0 from the first carving until filling continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
-  double off_ = 0;          // m³ off the ideal before the last round of cutting
-  int useless_layers_ = 0;  // in a row
-  // of the filling instrument, 0 the finest; in the second pass plus their number
+  double off_ = 0;          // m³, difference from the ideal before the last round of cutting
+  int useless_layers_ = 0;  // number of useless layers in a row
+  // Index of the filling instrument, 0: the finest. In the second pass, the number of instruments is added.
   std::size_t instrument_ = 0;
 };
 

@@ -9,49 +9,52 @@ namespace typodont {
 
 namespace {
 
-/// A target point moves along the line, and the hand pulls the tool to it. Lengths for a tooth, times ExpertGrip::size.
+/// Parameters of the motion: a target point moves along the line, and the hand pulls the tool to it. Lengths are for a
+/// tooth; they are multiplied by ExpertGrip::size.
 struct Lead {
-  // m/s through the air: hand instrument, running drill
+  // Speed through the air, m/s: hand instrument, running drill.
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // m/s to which a scraping instrument slows before it reverses, and s, time constant
+  // Speed to which a scraping instrument slows before it reverses, m/s, and time constant of this, s.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
-  // The hand reacts late, so a fast cut would go too far.
+  // Slowing near the end of a cut: the hand reacts late, so a fast cut would go too far.
   static constexpr double slowing_time = 0.04;  // s, time constant near a cut's end
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // m; the target waits until the tool is nearer
+  // The target point waits while the tool is farther, m.
   static constexpr double ahead = 0.06e-3;
-  // m; and nearer to the line
+  // The target point waits until the tool is nearer to the line than this, m.
   static constexpr double beside = 0.022e-3;
-  // m; the same for a coarse tool's bulk
+  // As `beside`, for bulk removal with a coarse tool, m.
   static constexpr double rough_beside = 0.05e-3;
-  // m from the end of a cut that stops
+  // A cut that stops is finished if the tool is nearer to its end than this, m.
   static constexpr double there = 0.01e-3;
-  // m nearer to the target, to count as progress
+  // The tool makes progress if it comes nearer to the target by this, m.
   static constexpr double progress = 2.5e-6;
-  // m; scraping ends after a pass within it
+  // Scraping ends after a pass in which the tool stays nearer to the line than this, m.
   static constexpr double near_line = 0.03e-3;
-  // scrapings of the same run
+  // Largest number of repetitions of one run of scraping.
   static constexpr int most_times = 3;
-  static constexpr double patience = 3;  // s without progress until a stroke is abandoned
-  // The lead, target point to hand, is a gain times tool to target. The coupling turns it into a force.
+  static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
+  // The lead is the displacement from the target point to the hand. It is a gain times the displacement from the tool
+  // to the target. The coupling converts it to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // of a cut
+  // Gain for a cut.
   static constexpr double gain = 50;
-  // limit of gain · tick / reaction_time, above which the hand oscillates
+  // Upper limit of gain · tick / reaction_time; with more, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // of scraping soft filling
+  // Gain for scraping soft filling.
   static constexpr double scrape_gain = 30;
-  // m, of scraping
+  // Largest lead for scraping, m.
   static constexpr double most_scrape_lead = 1.2e-3;
-  // 1/s. The lead's limit is adjusted until the force is the planned one: d(limit)/dt / ExpertGrip::lead = this · force
-  // error / mean force.
+  // The limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this · force
+  // error / mean force. 1/s.
   static constexpr double lead_per_force = 15;
-  // bounds of this limit, in ExpertGrip::lead
+  // Smallest and largest limit, as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m; the limit may always grow to this: soft bone needs a longer lead for the same force
+  // The limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
-  // In the air the hand slows when the tool falls behind: m, from; m, until the least speed; least, of full speed.
+  // In the air, the hand slows if the tool falls behind by `waits_from` (m), and over the next `waits_over` (m) to the
+  // fraction `least_pace` of its full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
@@ -88,7 +91,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.address = "expert:";
   info.model = "a hand that knows the task";
   info.rate = rate;
-  info.force_limit = info.torque_limit = 1e9;  // it can bear any force
+  info.force_limit = info.torque_limit = 1e9;  // this hand can withstand any force
   return info;
 }
 
@@ -172,7 +175,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // To and fro along the run, slowing at both ends.
+    // The speed is lower near both ends of the run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;
@@ -207,7 +210,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // Soft tissue needs a longer lead for the same force.
+  // Soft tissue needs a longer lead for the same force, so the limit of the lead is adjusted.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

@@ -1,5 +1,6 @@
-// "--hand expert:" of `typodont servo`: follows Expert's strokes in a closed loop. Each tick it reads the tool's pose
-// and pulls the tool along; it presses until the tissue in the way is gone. Trainees can compare their session with it.
+// "--hand expert:" of `typodont servo`: follows the strokes of Expert in a closed loop. In each tick, it reads the
+// tool's pose and pulls the tool; it presses until the tissue in the way is removed. Trainees can compare their
+// sessions with it.
 #pragma once
 
 #include <array>
@@ -15,15 +16,15 @@ namespace typodont {
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
-  /// The orientation does not yield to a torque, as with a scripted hand.
+  /// The orientation of this hand does not yield to a torque, as with a scripted hand.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// The next position follows from this tick's pose.
+  /// Takes the tick; the next position follows from its pose.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
-  /// After read() has ended a plan. `legs` then holds the finished one, so that the servo thread frees no memory. Servo
-  /// thread only.
+  /// Continues with a new plan after read() has finished one. Afterwards, `legs` contains the finished plan, so that
+  /// the servo thread frees no memory. Servo thread only.
   void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
   /// Pose at the start of the current step.
@@ -31,9 +32,9 @@ class ExpertHand final : public haptics::HapticDevice {
 
  private:
   void next_leg() noexcept;
-  /// Next step of the run, reversal, or next run.
+  /// Continues with the next step of the run, reverses, or begins the next run.
   void end_scraping() noexcept;
-  /// Abandons a stroke: out along the shank, then to the next step, clear of tissue that should stay.
+  /// Abandons a stroke: moves out along the shank, then to the next step, without touching tissue that must stay.
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
@@ -43,37 +44,39 @@ class ExpertHand final : public haptics::HapticDevice {
   ServoTick seen_;
   std::size_t leg_ = 0;
   std::array<ExpertLeg, 2> exit_legs_;  // withdrawal from an abandoned stroke
-  /// step of exit_legs_; 2: follows the plan
+  /// Index of the step in exit_legs_; 2: follows the plan.
   std::size_t way_ = 2;
   std::uint64_t ticks_ = 0;
   Pose from_;
-  Pose free_;          // end of the last step through air
-  double along_ = 0;   // m, from the step's start to the target point
-  double filled_ = 0;  // m³, before the present step
-  double waited_ = 0;  // s, since the tool last came nearer to the target
-  // m, to the target since it last moved
+  Pose free_;          // end of the last step through the air
+  double along_ = 0;   // m, distance from the step's start to the target point
+  double filled_ = 0;  // m³, filled volume before the current step
+  double waited_ = 0;  // s, time since the tool last approached the target
+  // Smallest distance from the tool to the target point since the target last moved, m.
   double nearest_ = std::numeric_limits<double>::infinity();
-  // A run: strokes without a stop, scraped to and fro until the tool reaches the line.
-  std::size_t run_ = 0;  // its first step
-  Pose run_from_;        // pose at its start
-  double worst_ = 0;     // m from the line, in the present pass
-  int times_ = 0;        // returns to its start
-  bool back_ = false;    // on the way back
-  dvec3 lead_{0};        // m, target point to hand
-  /// m, limit of a cut's lead, adjusted to the planned force
+  // A run consists of strokes without a stop between them. The tool scrapes to and fro along it until it reaches the
+  // line.
+  std::size_t run_ = 0;  // index of its first step
+  Pose run_from_;        // pose at the start of the run
+  double worst_ = 0;     // m, largest distance from the line in the current pass
+  int times_ = 0;        // number of returns to the start of the run
+  bool back_ = false;    // true: moves back along the run
+  dvec3 lead_{0};        // m, displacement from the target point to the hand
+  /// Limit of the lead in a cut, adjusted to reach the planned force, m.
   double most_lead_;
 };
 
-/// The expert of a session on one thread. After each plan the next one, from the current tissue, until one is empty.
+/// The expert of a session on one thread. After each plan it makes the next one from the current tissue, until a plan
+/// is empty.
 class PlanningExpert final : public haptics::HapticDevice {
  public:
-  /// The carver must outlive this object. Throws Error without an ideal result or a tool that can begin.
+  /// The carver must outlive this object. Throws Error if the task has no ideal, or if no tool can begin.
   PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
   void see(const ServoTick& tick) noexcept override { hand_.see(tick); }
-  double done() const { return hand_.done(); }  // of the current plan, 0..1
+  double done() const { return hand_.done(); }  // finished fraction of the current plan, 0 to 1
   const Pose& from() const { return hand_.from(); }
 
  private:

@@ -1,4 +1,4 @@
-// Height of everything that a moved tool must pass over.
+// Heights of the obstacles over which a tool is moved.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,16 +9,16 @@
 
 namespace typodont {
 
-/// Tissue, neighbouring teeth and gum, on a grid perpendicular to the preparation's axis.
+/// Height map of tissue, neighbouring teeth and gum, on a grid perpendicular to the preparation's axis.
 class Terrain {
  public:
-  /// `axis`: unit vector. `around`: may be null.
+  /// `axis`: unit vector. `around`: shape of the surroundings, or null.
   Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis);
-  /// m along the axis, of the highest point within `beside` (m) of the path a to b.
+  /// Height of the highest point nearer than `beside` (m) to the line from a to b, m along the axis.
   double highest(const dvec3& a, const dvec3& b, double beside) const;
 
  private:
-  // m: cell, and margin around the tissue
+  // Size of a cell, and margin around the tissue, m.
   static constexpr double kCell = 0.2e-3, kRim = 2e-3;
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
@@ -31,7 +31,7 @@ class Terrain {
   dvec3 u_, v_, w_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 size_{0};
-  std::vector<double> height_;  // m along w, per cell
+  std::vector<double> height_;  // m along w, height of each cell
 };
 
 }  // namespace typodont

@@ -164,14 +164,14 @@ display::UrgentKeys emergency_keys() {
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand) {
-  // The second hand's thread gets a lower priority than the servo thread.
+  // The second hand's thread has lower priority than the servo thread.
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    // the arm reports positions only while the program sends forces, so zero force is sent
+    // The arm reports positions only while it receives forces, so the program sends zero force.
     hand.write(dvec3(0), dvec3(0));
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
-    sample.t = zero != 0 ? now() - zero : -1;  // replaces the device's time by the time of the session's clock
+    sample.t = zero != 0 ? now() - zero : -1;  // replaces the device's time with the time of the session
     wiring.tapes.left.write(sample);
   }
   hand.write(dvec3(0), dvec3(0));

@@ -17,13 +17,13 @@ namespace typodont {
 
 /// The user's choice of hands. A value on the command line replaces that of the rig file, which replaces the default.
 struct HandChoice {
-  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise the display's default
+  /// address of the hand's device; empty: that of the rig file, otherwise the display's default
   std::string hand;
   /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
-  double rate = 1000;              // Hz, rate of the servo if the hand's device has no fixed rate
+  double rate = 1000;              // Hz, servo rate if the hand has no fixed rate
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 
@@ -38,15 +38,14 @@ struct Hands {
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// Returns the address of the hand: the user's choice, otherwise that of the rig file, otherwise `usual`. Throws Error
-/// if all three are empty.
+/// The address of the hand: the user's choice, otherwise that of the rig file, otherwise `usual`. Throws Error if all
+/// three are empty.
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
 /// Opens the hands of `choice`. `window`: function that creates the hands of a window or headset; it may throw. Throws
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error if a device with motors is used and the system refuses real-time scheduling (SCHED_FIFO). Without
-/// this scheduling, other programs could delay the servo, and the motors would continue with old forces. Call this
-/// function before the first force is sent.
+/// Throws Error if a device has motors and the system refuses real-time scheduling (SCHED_FIFO). Without it, other
+/// programs could delay the servo, and the motors would hold an old force. Call before the first force is sent.
 void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
@@ -74,8 +73,8 @@ class LoopStatistics {
   Nanos published_ = 0;
 };
 
-/// Filters the state of the pedal. During an emergency stop, the pedal counts as released. After the stop, the pedal
-/// still counts as released until the user has released it once. Servo thread only.
+/// Filters the pedal's state. During an emergency stop, the pedal counts as released, and also afterwards until the
+/// user has released it once. Servo thread only.
 class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {
@@ -87,8 +86,8 @@ class PedalInterlock {
   bool locked_ = false;
 };
 
-/// Space and Esc begin the emergency stop, R ends it (haptics/device_safety.h). One thread acts on all three, so the
-/// last key counts.
+/// Keys of the emergency stop: Space and Esc begin it, R ends it (haptics/device_safety.h). One thread handles all
+/// three, so the last key counts.
 display::UrgentKeys emergency_keys();
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),

@@ -16,32 +16,32 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 6e-3;  // m above the entry point, for tool changes
-// m above the entry point; slow below
+constexpr double kAbove = 6e-3;  // m above the entry point, position for tool changes
+// Height above the entry where slow motion begins, m.
 constexpr double kNear = 1.5e-3;
 constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
-constexpr double kWithdrawal = 15e-3;  // m/s, out of the bed
+constexpr double kWithdrawal = 15e-3;  // m/s, speed out of the bed
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
-// m, of the ridge on each side of the axis
+// Motion of the smoothing bur to each side of the axis, m.
 constexpr double kSweepReach = 3.0e-3;
-// m of the hand below the planned ridge; the coupling yields, so the bur is higher
+// Depth of the hand below the planned height of the ridge, m. The coupling yields, so the bur stays higher.
 constexpr double kSweepBelow = 0.1e-3;
-constexpr double kSweepApart = 1.0e-3;  // m, between strokes
-// N: drilling, thread, depth check, mark
+constexpr double kSweepApart = 1.0e-3;  // m, distance between strokes
+// Forces: drilling, cutting the thread, checking the depth, marking, N.
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-// m/(s·N), growth of the lead per missing force
+// Growth of the lead, m/s per newton of missing force.
 constexpr double kLeadPerForce = 1.5e-3;
 constexpr double kMostLead = 3e-3;  // m, largest lead
-constexpr double kPeck = 3e-3;      // m drilled between two pulls
-constexpr double kPull = 2e-3;      // m, so that the bone cools
-// °C: lifts at kHot, continues at kCool
+constexpr double kPeck = 3e-3;      // m, depth that is drilled between two withdrawals
+constexpr double kPull = 2e-3;      // m, length of a withdrawal, in which the bone cools
+// Bone temperatures at which the tool is lifted (kHot) and at which work continues (kCool), °C.
 constexpr double kHot = 42, kCool = 41;
-// m above the entry point, clear of the pit
+// Height above the entry point at which the bur is out of the pit, m.
 constexpr double kClear = 0.5e-3;
-// m before the planned depth; slow from there
+// Distance before the planned depth where slow motion begins, m.
 constexpr double kSlowFrom = 0.3e-3;
-constexpr double kPatience = 60;  // s, of one stage of a phase
+constexpr double kPatience = 60;  // s, longest duration of one stage of a phase
 
 }  // namespace
 
@@ -74,7 +74,7 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Parallel to the axis; tip `depth` (m) below the entry point, `aside` (m) from the axis.
+/// Pose parallel to the axis: the tip is `depth` (m) below the entry point, and `aside` (m) from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -95,7 +95,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True from too hot until cooled.
+/// True from the time when the bone is too hot until it has cooled.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -115,7 +115,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // To and fro with the bur's lowest point at the entry point; lifted while too hot.
+      // Moves to and fro with the bur's lowest point at the entry point. Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -150,7 +150,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
     case ImplantAction::kDrill:
       break;
   }
-  // Pulled back at times, to cool the bone.
+  // Withdraws the drill at times, so that the bone cools.
   const bool hot = must_cool();
   if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
     pulling_ = true;
@@ -179,7 +179,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // Too long: out of the bone first (kWork), or at once, for example without a tool change.
+    // The stage takes too long: first moves out of the bone (from kWork), otherwise ends at once, for example if the
+    // tool does not change.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -207,14 +208,14 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap turns backwards while its thread is in the bone: by the servo's state, because the surface may differ
-      // from the plan.
+      // A tap turns backwards while its thread is in the bone. The servo's state decides this, because the surface may
+      // differ from the plan.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
-        // The pit's walls would hold a bur that stands still.
+        // The bur keeps turning, because the walls of the pit would hold a bur that stands still.
         if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         const double pace = phase().deed == ImplantAction::kMark ? kLanding : kWithdrawal;
         depth_ -= (depth_ > -kNear ? pace : kTravel) * dt_;

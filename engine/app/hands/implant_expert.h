@@ -1,4 +1,4 @@
-// "--hand expert:" in scenes with an "implant" block: all phases of the procedure.
+// "--hand expert:" in scenes with an "implant" block: performs all phases of the procedure.
 #pragma once
 
 #include <memory>
@@ -11,25 +11,25 @@
 
 namespace typodont {
 
-/// Presses with the phase's force, and goes on when the exercise reports it done. Deterministic.
+/// Presses with the force of the phase, and continues when the exercise reports that the phase is done. Deterministic.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
-  /// `rate`: of the servo, Hz.
+  /// `rate`: rate of the servo, Hz.
   ImplantExpert(const Scene& scene, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// The tick of the last sample.
+  /// Takes the servo's tick for the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// Name of a phase that took too long; empty: none.
+  /// Name of the phase that took too long; empty: none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// m below the entry point, along the axis.
+  /// The tip's depth below the entry, along the axis, m.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -40,25 +40,25 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, path across the axis
+  std::vector<dvec3> sweep_;  // m, path of the bur across the axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  // m below the entry point, of the tip if the tool followed exactly
+  // Depth that the tip would have if the tool followed exactly, m below the entry point.
   double depth_ = 0;
-  double lead_ = 0;       // m ahead of the tool
-  double waited_ = 0;     // s, since the stage began
+  double lead_ = 0;       // m, distance of the hand ahead of the tool
+  double waited_ = 0;     // s, time since the stage began
   double along_ = 0;      // m, completed length of the smoothing path
-  double pecked_ = 0;     // m, at the last pull
-  bool pulling_ = false;  // pulled back to cool
-  bool cooling_ = false;  // waits until cooled
+  double pecked_ = 0;     // m, depth at the last withdrawal
+  bool pulling_ = false;  // true: the drill is withdrawn, so that the bone cools
+  bool cooling_ = false;  // true: waits until the bone has cooled
   bool gave_up_ = false;
 };
 
-/// For live sessions: real clock, and still during an emergency stop.
+/// The hand for live sessions: follows the real clock, and rests during an emergency stop.
 std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-// for requests and copies of the tissue
+// Time between checks for requests and copies of the tissue.
 constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {
@@ -66,7 +66,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// The next sample. While a plan is made: at rest, pedal released. False: the plan is empty. Servo thread only.
+  /// Computes the next sample. While a plan is being made, the hand rests with the pedal released. False: the plan is
+  /// empty. Servo thread only.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -82,7 +83,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Planner thread only.
+  /// Makes a plan when the servo thread asks. Planner thread only.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {
@@ -106,16 +107,16 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // planner thread only, once it runs
+  Expert expert_;    // planner thread only, once that thread runs
   ExpertHand hand_;  // from here to waits_: servo thread only
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;              // for the next plan
-  std::atomic<bool> asked_{false};  // servo to planner
-  Ring<Legs*> plans_{2};            // planner to servo
-  // all plans, freed at the end; planner thread only
+  bool waits_ = false;              // true: waits for the next plan
+  std::atomic<bool> asked_{false};  // set by the servo thread, cleared by the planner thread
+  Ring<Legs*> plans_{2};            // plans from the planner thread to the servo thread
+  // Owns all plans until the end. Planner thread only.
   std::vector<std::unique_ptr<Legs>> made_;
   std::jthread planner_;
 };

@@ -1,4 +1,4 @@
-// "--hand expert:" of `typodont run`, in a closed loop as in `typodont servo`.
+// "--hand expert:" of `typodont run`: follows the expert's strokes in a closed loop, as in `typodont servo`.
 #pragma once
 
 #include <memory>
@@ -10,10 +10,11 @@
 
 namespace typodont {
 
-/// Takes seconds: the first plan, for the tissue `start`, is made here. Later ones come from a thread that works on
-/// copies, while the hand waits above the tooth. Still during an emergency stop. An empty plan ends the session.
-/// `paced`: read() waits for real time, otherwise only for plans. Throws Error without an ideal result or a tool that
-/// can begin.
+/// Makes the expert, and the first plan for the tissue `start`, which takes seconds. A thread makes later plans from
+/// copies of the tissue, while the hand waits above the tooth. The hand rests during an emergency stop. An empty plan
+/// ends the session.
+/// `paced`: read() waits for real time; otherwise it waits only for plans. Throws Error if the task has no ideal, or if
+/// no tool can begin.
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced);
 

@@ -15,21 +15,22 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                     // m per notch, default
-constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
-// s, with which the tool follows the pointer
+constexpr double kUsualStep = 0.15e-3;                     // m per notch of the wheel, default
+constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch of the wheel, limits
+// Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;  // m, from the screen's plane, and by the wheel
-// m of free way along the shank, above tissue that hides the tool: clears a tilted head from an oblique surface
+constexpr double kMostDepth = 30e-3;  // m, largest distance from the screen's plane, and by the wheel
+// Free distance along the shank above tissue that hides the tool, m. It keeps a tilted head free of an oblique surface.
 constexpr double kClear = 2e-3;
-// ns, so that a short click is not lost
+// Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
-// rad, away from the user, so that the bur is visible
+// Tilt at the start, away from the user, so that the bur is visible, rad.
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
-constexpr double kMostLean = 85 * kDegree;  // rad, that the mouse can set
-// rad per half picture height
+constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
+// Tilt per half picture height of pointer motion, rad.
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// While tilting, the pointer leaves the tool. Later motions shrink the offset by this fraction of their length.
+// While tilting, the pointer moves away from the tool. Later pointer motions reduce this offset by this fraction of
+// their length.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -88,7 +89,7 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
   const auto free = [&](const dvec3& p) {
     const glm::ivec3 at(glm::round(frame.to_voxels(p)));
     if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) return true;
-    float outside = 0;  // voxels, from the surface, positive outside
+    float outside = 0;  // voxels, distance from the surface, positive outside
     tissue.copy(at, glm::ivec3(1), &outside, nullptr);
     return outside > 0;
   };
@@ -117,11 +118,11 @@ Pointer::View Pointer::view() const {
   return v;
 }
 
-/// `moved`: in halves of the picture.
+/// Tilts the tool. `moved`: pointer motion, in picture halves.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // In the user's axes: mirrors and rotated panels turn the picture.
+  // The user's axes: mirrors and rotated panels turn the picture.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
@@ -145,9 +146,9 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, co
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // The pointer must not move the head of a tilting tool.
+    offset_ -= moved;  // the pointer tilts the tool without moving the head
   } else {
-    // Only with the pointer, so that a hand at rest sees no motion.
+    // The offset changes only while the pointer moves, so that a tool at rest does not move.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }

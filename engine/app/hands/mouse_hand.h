@@ -1,5 +1,5 @@
-// The mouse as a hand without force. Pointer: across the picture; wheel: along the tool; left button: pedal;
-// right button or Shift: tilt; middle button: upright.
+// The mouse as a hand without force. The pointer moves the tool across the picture, the wheel along the tool's axis;
+// left button: pedal; right button or Shift: tilt; middle button: upright.
 #pragma once
 
 #include <memory>
@@ -14,31 +14,32 @@
 
 namespace typodont {
 
-/// After "mouse:": mm per notch, empty: default. Returns m. Throws Error.
+/// Parses the text after "mouse:", mm per notch of the wheel; empty: the default. Returns m per notch. Throws Error.
 double wheel_step_of(const std::string& text);
 
-/// The tool's pose from the window's input. Render thread only.
+/// Computes the tool's pose from window input. Render thread only.
 class Pointer {
  public:
-  /// `wheel_step`: m per notch.
+  /// `wheel_step`: m per notch of the wheel.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
-  /// Above tissue that hides it: along the shank from the visible surface. Before the session, because the volume
-  /// belongs to the carver.
+  /// Moves the tool above tissue that hides it, along the shank from the visible surface. Call before the session,
+  /// because the volume then belongs to the carver.
   void come_into_sight(const haptics::TissueVolume& tissue);
-  /// When the picture's size or shape has changed.
+  /// Takes the new rig when the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
-  /// `t`: of the input, any steady clock. `touching_W`: the tool's head, if tissue holds it back; the hand is at most
-  /// kMaxLead ahead of it.
+  /// Computes the next sample. `t`: time of the input, on any steady clock. `touching_W`: position of the tool's head,
+  /// if tissue holds it back; the hand is then at most kMaxLead ahead of it.
   haptics::HandSample follow(const display::UserInput& input, Nanos t,
                              const std::optional<dvec3>& touching_W = std::nullopt);
-  static constexpr double kMaxLead = 1e-3;  // m
-  /// m per notch. Page up doubles it, Page down halves it.
+  static constexpr double kMaxLead = 1e-3;  // m, largest distance of the hand from a head that tissue holds back
+  /// m per notch of the wheel. Page up doubles it, Page down halves it.
   double wheel_step() const { return wheel_step_; }
 
  private:
-  /// The screen as the user sees it, and the way to the eye.
+  /// The screen as seen by the user, and the eye's direction.
   struct View {
-    // m, W: middle; to the middle of the right and upper edge; unit vector
+    // Frame W, m: middle of the screen; from there to the middle of the right and of the upper edge; unit vector to the
+    // eye.
     dvec3 middle{0}, half_right{0}, half_up{0}, toward_eye{0};
     dvec3 eye{0};
   };
@@ -48,30 +49,30 @@ class Pointer {
 
   display::DisplayRig rig_;
   double wheel_step_;
-  double depth_ = 0;  // m in front of the screen's plane, of the plane in which the pointer moves the tool
-  dvec3 slid_W_{0};   // m, by the wheel
-  /// rad, of the shank from z: to the user's right, away from him
+  double depth_ = 0;  // m, distance of the plane in which the pointer moves the tool, in front of the screen's plane
+  dvec3 slid_W_{0};   // m, displacement of the tool by the wheel
+  /// Tilt of the shank from z, rad: to the user's right, and away from the user.
   glm::dvec2 lean_;
-  /// pointer, and tool from pointer, in half pictures
+  /// Position of the pointer, and of the tool relative to the pointer, in halves of the picture.
   glm::dvec2 at_{0}, offset_{0};
   bool pressed_ = false;
   Nanos pressed_at_ = -kNanosPerSecond;
 };
 
-/// Smooths the pointer's sixty positions per second. Servo thread only.
+/// Smooths the pointer's positions, of which there are sixty per second. Servo thread only.
 class PointerSmoothing {
  public:
-  /// `rate`: calls of next() per second.
+  /// `rate`: number of calls of next() per second.
   PointerSmoothing(const Pose& start, double rate);
-  /// Approaches `wanted`, the pointer's latest position. `t`: session time.
+  /// Moves towards `wanted`, the pointer's latest position. `t`: session time.
   haptics::HandSample next(const haptics::HandSample& wanted, Nanos t) noexcept;
 
  private:
   Pose pose_;
-  double fraction_;  // of the distance left after one call
+  double fraction_;  // fraction of the remaining distance covered per call
 };
 
-/// For the servo thread; reads the pointer at `rate` (Hz).
+/// Makes the hand for the servo thread, which reads the pointer at `rate` (Hz).
 std::unique_ptr<haptics::HapticDevice> make_mouse_hand(Wiring& wiring, const Pose& start, double rate);
 
 }  // namespace typodont

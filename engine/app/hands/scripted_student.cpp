@@ -15,9 +15,9 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;  // m/s, speed of the tool outside the tissue
 constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
-// m below the surface; the coupling turns it into a force
+// Depth of the hand below the surface, m. The coupling converts it to a force.
 constexpr double kExplorePress = 0.5e-3;
-// m on each side of the lesion's middle
+// Distance explored on each side of the lesion's middle, m.
 constexpr double kExplored = 3.0e-3;
 
 /// Middle of the caries in its highest layer of voxels.
@@ -45,7 +45,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   throw Error("tissue", "", "no caries", "a lesion to remove");
 }
 
-/// m, of the surface at (x, y); NaN without tissue.
+/// Height of the surface at (x, y), m; NaN if there is no tissue.
 double surface_height(const haptics::TissueVolume& tissue, double x, double y) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);

@@ -1,5 +1,5 @@
-// The demonstration's hand: explores the lesion with the drill off in two directions, removes it with the expert's
-// strokes, withdraws.
+// The hand of the demonstration: explores the lesion in two directions with the drill off, removes it with the expert's
+// strokes, and withdraws.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class Student final : public haptics::HapticDevice {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// The carver must outlive this object. Throws Error without caries or ideal result.
+  /// The carver must outlive this object. Throws Error if there is no caries or no ideal.
   Student(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return scripted_->info(); }
   bool read(haptics::HandSample& sample) noexcept override;
@@ -22,7 +22,7 @@ class Student final : public haptics::HapticDevice {
   void see(const ServoTick& tick) noexcept override { expert_.see(tick); }
 
   Phase phase() const { return phase_; }
-  double done() const { return expert_.done(); }  // of the drilling, 0..1
+  double done() const { return expert_.done(); }  // finished fraction of the drilling, 0 to 1
 
  private:
   bool next(haptics::HandSample& sample);
@@ -33,7 +33,7 @@ class Student final : public haptics::HapticDevice {
   dvec3 above_{0};  // m, point above the lesion
   Pose last_;
   PlanningExpert expert_;
-  std::unique_ptr<haptics::HapticDevice> scripted_;  // before and after the drilling
+  std::unique_ptr<haptics::HapticDevice> scripted_;  // the scripted hand before and after the drilling
 };
 
 }  // namespace typodont

@@ -15,49 +15,50 @@ namespace typodont {
 
 namespace {
 
-// voxels into the ideal; the error of the distance field
+// Depth to which the head may enter the ideal, voxels: the error of the distance field.
 constexpr double kClear = 0.05;
-// voxels, for heads that fit the ideal exactly, as reamers do
+// Depth to which heads that fit the ideal exactly (reamers) may enter it, voxels.
 constexpr double kExact = 0.02;
-constexpr double kGrid = 0.1e-3;      // m, between evaluated positions
-constexpr double kLayer = 0.5;        // layers of the bulk, in diameters
-constexpr double kCoarseLayer = 0.8;  // the same for a coarse tool
-// in diameters; thinner tissue gets no rows from a coarse tool: the floor passes remove it
+constexpr double kGrid = 0.1e-3;      // m, distance between positions that are evaluated
+constexpr double kLayer = 0.5;        // distance between layers of the bulk, in tool diameters
+constexpr double kCoarseLayer = 0.8;  // distance between layers for a coarse tool, in tool diameters
+// Thickness of tissue in tool diameters. Thinner tissue gets no rows with a coarse tool, because the floor passes
+// remove it.
 constexpr double kAtOnce = 0.5;
-constexpr double kRow = 0.6;  // rows, in diameters
-// m, within which floor points are level
+constexpr double kRow = 0.6;  // distance between rows, in tool diameters
+// Largest height difference of floor points that count as level, m.
 constexpr double kSameLevel = 10e-6;
-// m², smallest flat part with passes along its walls
+// Smallest flat floor that gets passes along its walls, m².
 constexpr double kLeastFlat = 0.1e-6;
-// the same, in cross-sections of the head
+// Smallest flat part, as a fraction of the head's cross-section.
 constexpr double kFlatShare = 0.15;
-// of a row's end from a wall, in diameters; a separate pass cuts along the wall
+// Distance of a row's end from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.03e-3;  // m, from neighbouring teeth and gum
+constexpr double kFromAround = 0.03e-3;  // m, distance from neighbouring teeth and gum
 constexpr double kLeastTaken = 0.05;     // voxels, thinnest cut
-// m from the line between neighbours: point omitted
+// A point nearer to the line between its neighbours than this is omitted, m.
 constexpr double kOnLine = 2e-6;
-// m of a pass without cutting: moved along, not lifted
+// Over a part of a pass without cutting shorter than this, the tool is moved along the pass, not lifted, m.
 constexpr double kBridged = 1e-3;
-// m, the same for a coarse tool
+// As kBridged, for a coarse tool, m.
 constexpr double kCoarseBridged = 3e-3;
-// m; longer ways to the next pass go up, across and down
+// If the next pass is farther away than this, the tool moves up, across and down, m.
 constexpr double kStraight = 3e-3;
-constexpr double kHop = 0.3e-3;  // m, height step of the search for a free way
-// m; longer rows begin with a ramp
+constexpr double kHop = 0.3e-3;  // m, height step in the search for a free path
+// Length above which a row begins with a ramp, m.
 constexpr double kRamp = 0.8e-3;
-// height per length; steeper floors are divided
+// Slope of the floor (height per length). A pass is divided where the floor is steeper.
 constexpr double kSteep = 2;
-constexpr double kAlongShank = 6e-3;     // m of the shank that is checked
-constexpr double kDown = 0.1e-3;         // m, step down
-constexpr double kFloorOfColumn = 1e-6;  // m, its precision
+constexpr double kAlongShank = 6e-3;     // m, length of the shank that is checked for collisions
+constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
+constexpr double kFloorOfColumn = 1e-6;  // m, precision of the floor's height
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kFieldErrorLimit = 1;  // voxels, far from the surface
-// Head points per group. A ball around the group is tested first.
+constexpr double kFieldErrorLimit = 1;  // voxels, error of the distance field far from the surface
+// Number of head points in a group. A sphere around the group is tested first.
 constexpr std::size_t kTogether = 12;
-constexpr int kBisectionSteps = 7;  // between two grid positions
+constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
 
-/// Positions (a, b, c) of the head's centre are m along u, v, w; w points out of the opening.
+/// Plans the strokes. Positions (a, b, c) of the head's centre are in m along u, v, w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -97,7 +98,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // First at the heights of the floor's flat parts, then above: a long head cuts a steep wall in one pass.
+    // First along the walls at the heights of the floor's flat parts, then upwards: a long head cuts a steep wall in
+    // one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -109,17 +111,17 @@ class StrokePlanner {
  private:
   using Chain = std::vector<dvec3>;
   struct Layer {
-    double height = 0;             // m, of the layer
-    std::vector<std::uint8_t> in;  // 1: reachable from above
+    double height = 0;             // m, height of the layer
+    std::vector<std::uint8_t> in;  // for each grid position: 1 if reachable from above
   };
 
-  /// Points and a ball around them, voxels.
+  /// A group of points and a sphere around it, voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;
     std::vector<dvec3> points;
   };
-  /// Split across the longest side until small enough.
+  /// Splits points across their longest side into small groups.
   static std::vector<Points> grouped(std::vector<dvec3> points) {
     if (points.empty()) return {};
     dvec3 lo = points.front(), hi = lo;
@@ -142,7 +144,7 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// The head at p (m along u, v, w) is clear of the ideal.
+  /// True if the head at p (m along u, v, w) does not enter the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -154,7 +156,7 @@ class StrokePlanner {
     };
     return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
-  /// And of neighbouring teeth and gum (p_W: m). Gum inside the tooth is ignored.
+  /// True if the head also does not touch neighbouring teeth and gum. `p_W`: m. Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
     const auto clears = [&](const dvec3& q_W, double near) {
       return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
@@ -170,14 +172,14 @@ class StrokePlanner {
              });
     });
   }
-  /// The head at p removes tissue.
+  /// True if the head at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
                        [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
   }
 
-  /// Box of the tissue to remove, plus the head; false: nothing to remove.
+  /// Computes the box of the tissue to remove, plus the head. False: there is nothing to remove.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -204,7 +206,7 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// Voxels from a head at p to the ideal; negative inside.
+  /// Distance from a head at p to the ideal, voxels; negative inside.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -214,7 +216,7 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Largest clearance near p at the same height: eight directions, halving the step.
+  /// Position of the largest clearance near p at the same height: searches in eight directions and halves the step.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -230,8 +232,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Straight way for a head that fits the ideal exactly and has no free grid position, such as a hip reamer. Empty for
-  /// others.
+  /// Straight path for a head that fits the ideal exactly and has no free grid position beside it, such as a hip
+  /// reamer. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -249,7 +251,7 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Positions reachable from the layer `above` (null: the highest).
+  /// Grid positions that are reachable from the layer `above` (null: this is the highest layer).
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -287,7 +289,7 @@ class StrokePlanner {
       }
     }
   }
-  /// Lowest layer at or above `height`.
+  /// The lowest layer at or above `height`.
   const Layer& layer_above(double height) const {
     const Layer* best = &layers_.front();
     for (const Layer& layer : layers_)
@@ -295,7 +297,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// Last free position between a free one and one in the ideal, by bisection.
+  /// The last free position between a free position and one inside the ideal, by bisection.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -304,7 +306,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// Without points on the line between their neighbours.
+  /// The chain without points on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -334,7 +336,8 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// A way to `to` clear of the ideal: straight, or up, across and down. None: the hand will lift the tool.
+  /// Adds a path to `to` that does not enter the ideal: straight, or up, across and down. If there is none, adds
+  /// nothing, and the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -358,7 +361,7 @@ class StrokePlanner {
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
   }
-  /// Last point before the head meets tissue.
+  /// The last point before the head meets tissue.
   dvec3 until_contact(const dvec3& from, const dvec3& to) const {
     const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     dvec3 last = from;
@@ -369,7 +372,7 @@ class StrokePlanner {
     }
     return last;
   }
-  /// The head meets no tissue on the line.
+  /// True if the head meets no tissue on the line.
   bool in_air(const dvec3& from, const dvec3& to) const {
     const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     for (int k = 1; k <= looks; ++k)
@@ -388,13 +391,13 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Strokes where the path removes tissue. `closed`: may begin anywhere.
+  /// Plans strokes where the path removes tissue. `closed`: the path is closed, so it may begin anywhere.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // From a point that removes nothing, so that no part is split.
+    if (closed) {  // begins at a point that removes nothing, so that no part is divided
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -422,7 +425,7 @@ class StrokePlanner {
     }
   }
 
-  /// Bulk of a layer: rows along its longer side, away from the walls.
+  /// Plans the bulk of a layer: rows along its longer side, with a distance from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -461,14 +464,14 @@ class StrokePlanner {
     }
   }
 
-  /// A coarse tool near the floor needs no row: the floor's passes remove that.
+  /// True if p is so near the floor that a coarse tool needs no row: the floor passes remove this tissue.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// A ramp along the row from the layer above: a bur cuts badly with its end.
+  /// Adds a ramp from the layer above down along the row, because a bur cuts badly with its end.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -477,7 +480,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Cells of `in` more than `away` cells from unmarked ones. The grid's edge has no effect.
+  /// The marked cells that are more than `away` cells from all unmarked cells. The edge of the grid has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -496,14 +499,15 @@ class StrokePlanner {
     return result;
   }
 
-  /// Where the head touches the ideal at this height: marching squares (Lorensen & Cline 1987, in the plane).
+  /// Curves on which the head touches the ideal at this height, by marching squares (Lorensen & Cline 1987, in the
+  /// plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    // grid edge → point where the outline crosses it
+    // Key: grid edge; value: index of the outline's crossing point.
     std::unordered_map<std::size_t, std::size_t> index;
-    std::vector<std::array<std::size_t, 2>> next;  // both neighbours of each point on the line
+    std::vector<std::array<std::size_t, 2>> next;  // both neighbours of each point on its curve
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
@@ -532,7 +536,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // Two crossings: each line cuts off one unreachable corner.
+        // Two lines cross this cell; each cuts off one unreachable corner.
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -564,7 +568,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// Lowest height of the head at (a, b).
+  /// The head's lowest possible height at (a, b).
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
               j = static_cast<int>(std::lround((b - lo_.y) / grid_));
@@ -584,13 +588,13 @@ class StrokePlanner {
     return height;
   }
 
-  /// Rows along the floor's longer side. Returns the heights of its flat parts.
+  /// Plans rows along the longer side of the floor. Returns the heights of its flat parts.
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
       double highest = 0;  // m, highest point of the floor
     };
-    std::map<long, Level> levels;  // flat parts of the cavity's floor, sorted by height
+    std::map<long, Level> levels;  // flat parts of the floor, sorted by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
@@ -624,7 +628,7 @@ class StrokePlanner {
   }
 
   const double size_;         // factor for lengths: 1 for a tooth, larger if the task treats a larger body
-  const double least_taken_;  // voxels; no stroke is planned for tissue that is thinner than this
+  const double least_taken_;  // voxels; thinner tissue gets no stroke
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
@@ -637,20 +641,20 @@ class StrokePlanner {
   const haptics::Tool& tool_;
   const bool coarse_ = tool_.coarse();
   const double bridged_ = size_ * (coarse_ ? kCoarseBridged : kBridged);
-  // m, distance between two layers of strokes while most of the tissue is removed
+  // Distance between two layers of strokes in the bulk, m.
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that remains after the strokes that are planned so far
+  session::DenseField left_;  // tissue that remains after the strokes planned so far
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
-  double allowed_;           // voxels, depth to which the head may enter the ideal (the tissue that must remain)
+  double allowed_;           // voxels, depth to which the head may enter the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
-  glm::dvec2 lo_{0};  // m along u and v, origin of the grid of head positions
+  glm::dvec2 lo_{0};  // m along u, v: origin of the head positions' grid
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the head positions
+  double top_ = 0, bottom_ = 0;  // m along w: bounds of the head positions
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end point of the last stroke

@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Writes a copy of the tissue to a file while the session continues.
+/// Writes a copy of tissue to a file during the session.
 class TissueSaver {
  public:
   explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
@@ -35,8 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A new thread writes the copy. The new thread, not the carver thread, first waits until the previous file is
-    // written.
+    // A new thread writes the copy. That thread, not the carver thread, first waits until the previous file is written.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -55,9 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends bricks (blocks of the tissue's mesh) to a picture. While the picture's GPU device is created again, the
-/// picture accepts no bricks. In this time, the bricks that do not fit into the ring are kept here, each in its latest
-/// version. Without this, a brick could be lost, and its old form would be drawn until the next cut.
+/// Sends mesh bricks to a picture. While the picture's GPU device is created again, the picture accepts no bricks.
+/// Bricks that do not fit into the ring are kept here in their latest version; otherwise an old form would be drawn
+/// until the next cut.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -80,8 +79,8 @@ void execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) 
   if (s.side.edit(redo)) s.book.edited(redo, s.carver.strokes());
 }
 
-/// Applies a part of a brush stroke, which the user can undo. `begins`: in a stroke of its own. Returns false if the
-/// brush touched no tissue; such a part is not recorded.
+/// Applies a part of a brush stroke, which the user can undo. `begins`: starts a new stroke. False if the brush touched
+/// no tissue; such a part is not recorded.
 bool brush(LiveSession& s, const BrushMove& move, bool begins) {
   if (begins) {
     s.carver.end_stroke();
@@ -142,7 +141,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     painted |= brush(s, move, move.begins || !brush_open);
     brush_open = true;
   }
-  // The tissue that the servo gets next shall contain its newest cuts.
+  // The servo's next tissue must contain its newest cuts.
   const CarverSide::Read after = follow_servo();
   done.worked |= after.cut;
   if (done.worked || painted) {
@@ -157,8 +156,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
-  // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
-  // which may have arrived during this call of turn(). So waiting cuts are applied first.
+  // The expert hand has made its last cut and then requested a copy of the tissue, which must contain this cut. The cut
+  // may have arrived during this call of turn(), so waiting cuts are applied first.
   if (wiring.expert_wants_copy.load()) {
     follow_servo();
     if (!s.side.edit_waits()) {
@@ -170,8 +169,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   return done;
 }
 
-/// Meshes those changed bricks (mesh blocks) that a picture shows. The volume stores which voxels have changed, so the
-/// other changed bricks can be meshed later.
+/// Meshes the changed mesh bricks that a picture shows. The volume stores which voxels have changed, so the other
+/// bricks can be meshed later.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -205,11 +204,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver thread until it checks for work again. After 30 ms without work, the hand is
-    // assumed to be slow: at 3 cm/s, the hand moves 0.1 mm until the next check. After one second without work, the
-    // hand is assumed to rest: if it then accelerates with 10 m/s², it moves 0.2 mm until the next check. It is then
-    // still inside its patch, which is at least 0.22 mm larger than the tool needs. In an idle session, these checks
-    // use less than 1 % of a core. Checks without such a long sleep would use 3 %.
+    // Chooses the sleep time until the next check for work. After 30 ms without work, a hand at 3 cm/s moves 0.1 mm
+    // until the next check. After one second, a hand that accelerates with 10 m/s² moves 0.2 mm.
+    // It is then still inside its patch, which is 0.22 mm larger than the tool needs. An idle session uses less than 1
+    // % of a core; without the long sleep it would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 6000us);

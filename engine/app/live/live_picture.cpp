@@ -16,19 +16,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns; if the GPU device is lost and was created again less than this time ago, it is assumed to be broken and is not
-// created again
+// If a GPU device is lost less than this time after it was created again, it is assumed to be broken and not created
+// again, ns.
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
+// Time between two searches for changed mesh bricks while the CPU draws the pictures, ns.
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
-// ns; while nothing is drawn, the program checks in this interval whether something has moved
+// Time between checks for motion while nothing is drawn, ns.
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
-// ns, shortest time between two of the trainee's pictures if the CPU draws them for the operator's window. Then the
-// pictures, the servo thread and the drawing of the window share the processors.
+// Shortest time between two of the trainee's pictures if the CPU draws them for the operator's window, ns. The pictures
+// then share the processors with the servo thread and the window.
 constexpr Nanos kProcessorInterval = 30'000'000;
-constexpr int kImplantSections = 2;  // number of sections through an implant: along the arch, and across it
-// The section follows the drill only if the drill has rotated or moved farther than this.
+constexpr int kImplantSections = 2;  // sections through an implant: along and across the arch
+// The section follows the drill only after a rotation or motion larger than this.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation of the drill that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest motion of the drill that the section follows
 
@@ -79,7 +79,7 @@ void LivePicture::make(gpu::Device* device) {
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
   look.urgent = options_.urgent;
-  look.hud = !options_.operated;  // if the operator's window shows the texts, they are not drawn over the picture
+  look.hud = !options_.operated;  // if the operator's window shows texts, the picture does not
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
@@ -170,9 +170,8 @@ void LivePicture::show_next_view() {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Returns a section plane, along the arch or across it. The plane contains the drill's axis if the drill is in its bed
-/// (drilled hole), otherwise the axis of the planned implant. (x points along the arch and y to the tongue;
-/// docs/scene_format.md, "bone".)
+/// A section plane, along the arch or across it, through the axis of the drill if the drill is in its bed, otherwise
+/// through the axis of the planned implant. x points along the arch, y to the tongue (docs/scene_format.md, "bone").
 glm::dvec4 LivePicture::section_through_implant() const {
   const ServoTick& tick = world_.tick();
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
@@ -183,7 +182,7 @@ glm::dvec4 LivePicture::section_through_implant() const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// Updates the section plane when a drill enters or leaves its bed (the drilled hole), or moves in it.
+/// Updates the section plane when a drill enters, leaves or moves in its bed.
 void LivePicture::follow_implant() {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
@@ -204,7 +203,7 @@ void LivePicture::collect() {
   views_->advance();
 }
 
-/// Records the state of the water and of the suction whenever it changes.
+/// Records each change of the water's and the suction's state.
 void LivePicture::record_water() {
   const Nanos zero = session_.wiring.session_zero;
   if (zero == 0) return;
@@ -261,8 +260,8 @@ void LivePicture::draw_own(WorkCounts& work) {
 
 void LivePicture::draw(const std::string& hint, WorkCounts& work) {
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // Stores the time at which the first picture is certainly on the screen. The window shows a frame at the latest at
-    // the second poll() after drawing it. So this time may be a little too late, but not too early.
+    // Stores a time at which the first picture is certainly on the screen. The window shows a frame at the latest at
+    // the second poll() after drawing, so this time may be a little too late, but not too early.
     first_shown_ = now();
   if (options_.embedded && !in_one_window() && stage_->device().processor && !stage_->blank() &&
       now() - drawn_turn_ < kProcessorInterval)
@@ -293,16 +292,14 @@ void LivePicture::draw(const std::string& hint, WorkCounts& work) {
   }
   drew_last_ = false;
   if (options_.embedded) return;  // the operator's window itself waits between two frames
-  // After half a second without motion, the loop checks only forty times per second whether the hand moves; this saves
-  // computing time. A mouse event ends the wait between two checks early. Other hands do not end this wait, because
-  // some of them send a thousand events per second.
+  // After half a second without motion, checks for motion only forty times per second, to save computing time. A mouse
+  // event ends the wait early. Other hands do not, because some send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// Chooses the level of detail and the quality of the next frame of the trainee's picture, from measurements of its
-/// present frame. The time of other pictures does not count, so they do not reduce the quality of the trainee's
-/// picture.
+/// Chooses level of detail and quality of the trainee's next picture, from measurements of its current frame. The time
+/// for other pictures does not count.
 void LivePicture::follow(const render::FrameStats& stats, double dt) {
   const ServoTick& tick = world_.tick();
   Wiring& wiring = session_.wiring;
@@ -310,18 +307,18 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
-  // Computes the age of the hand's sample at the beginning of the frame.
+  // Computes the age of the hand's sample as the frame begins.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
   if (zero != 0)
     wiring.tapes.view.write(
         PictureTiming{last_turn_ - zero, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
-  // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
-  // work, so it is measured as the time between two consecutive frames.
+  // With software rendering, the CPU also composes and presents the picture. To include this work, the cost of a frame
+  // is the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // While nothing moves in the picture, a frame redraws only a few bricks (mesh blocks) and takes a short time. This
-  // short time must not raise the quality. Otherwise the quality would fall again as soon as something moves.
+  // While nothing moves, a frame redraws only a few mesh bricks in a short time. This must not raise the quality,
+  // because the quality would fall again as soon as something moves.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
@@ -330,14 +327,14 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   }
 }
 
-/// Updates the mean interval between frames after a frame was shown.
+/// Updates the mean frame interval after a frame was shown.
 void LivePicture::frame_shown() {
   const Nanos t = now();
   if (last_drawn_) frame_period_ += 0.1 * (std::min(to_seconds(t - last_drawn_), 1.0) - frame_period_);
   last_drawn_ = t;
 }
 
-/// Writes the viewpoint and the view to the tape whenever they change.
+/// Writes each change of viewpoint and view to the tape.
 void LivePicture::record_view() {
   const Nanos zero = session_.wiring.session_zero;
   if (zero == 0) return;

@@ -1,6 +1,5 @@
 // The pictures of a live session: the trainee's picture on the display rig's screen, and a picture from a free
-// viewpoint. Also contains the objects that both pictures share: views, debris, level of detail, choice of the quality.
-// Render thread only.
+// viewpoint. Owns what both share: views, debris, level of detail, choice of the quality. Render thread only.
 #pragma once
 
 #include <array>
@@ -22,17 +21,17 @@ namespace typodont {
 class LivePicture {
  public:
   struct Options {
-    // true: the operator's window shows the texts of the session, so this picture shows no texts
+    // True: the operator's window shows the session's texts, so this picture shows none.
     bool operated = false;
     bool steered = false;        // true: an experiment asks about the force, so the picture does not show the force
-    bool embedded = false;       // true: the picture appears in the operator's window; false: it has its own window
-    display::UrgentKeys urgent;  // of its own window
-    /// true: draws dots and a ring that show the point below the tool, for a hand that the user sees only on the screen
+    bool embedded = false;       // true: the picture is part of the operator's window; false: it has its own window
+    display::UrgentKeys urgent;  // urgent keys of the picture's own window
+    /// True: draws dots and a ring at the point below the tool, for a hand that the user sees only on the screen.
     bool cursor = false;
-    int monitor = -1;  // number of the monitor for full screen; -1: no full screen
+    int monitor = -1;                                          // monitor number for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    std::string quality;  // name of the quality level; empty: the level is chosen from the drawing times of the frames
-    /// the operator's GPU device; null: the picture creates its own device
+    std::string quality;  // quality level's name; empty: chosen from the frames' drawing times
+    /// The operator's GPU device; null: the picture creates its own.
     gpu::Device* device = nullptr;
   };
   /// Prepares the pictures without drawing. `start`: state of the tool before the first tick. The scene and the session
@@ -46,20 +45,20 @@ class LivePicture {
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
-  /// Returns the object that draws the trainee's picture; null if this computer does not draw it.
+  /// The object that draws the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// Returns the views for teaching; null after close() was called.
+  /// The views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
-  /// Returns the mass balance of the debris. Call it at the end of the session.
+  /// The debris' mass balance. Call at the session's end.
   std::optional<DebrisBalance> settle_debris();
-  /// Ends unfinished work at the end of the session. The trainee's last picture stays visible.
+  /// Ends unfinished work at the session's end. The trainee's last picture stays visible.
   void close();
 
   /// Releases all GPU objects, because the GPU device is lost or about to be destroyed.
   void drop();
   /// Creates the pictures again on this GPU device. If `device` is null, the pictures create their own device.
   void make(gpu::Device* device);
-  /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
+  /// Creates the GPU device again after it was lost. False if the device was already lost a short time before.
   bool recreate_lost_device();
 
   /// Receives the changes of the tissue that the carver thread made since the last call.
@@ -75,9 +74,9 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view. The order is: normal, section through the bur, glass (transparent tooth), difference to
-  /// the ideal result (if the scene has an ideal), and normal again. In an implant exercise there are two sections
-  /// through the implant's axis, along the arch and across it.
+  /// Switches to the next view: normal, section through the bur, glass (transparent tooth), difference to the ideal (if
+  /// there is one), normal again. In an implant exercise there are two sections through the implant's axis, along the
+  /// arch and across it.
   void show_next_view();
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();
@@ -90,10 +89,9 @@ class LivePicture {
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Returns the time (ns) at which the first picture appeared on the screen, or a slightly later time; 0 if no picture
-  /// was shown.
+  /// Time at which the first picture appeared on the screen, or slightly later, ns. 0: no picture was shown.
   Nanos first_shown() const { return first_shown_; }
-  /// The next functions return smoothed times (s): drawing time of a frame, interval between two frames, and estimated
+  /// The next functions return smoothed times, s: drawing time of a frame, interval between two frames, estimated
   /// latency from hand to screen.
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
@@ -115,7 +113,7 @@ class LivePicture {
   World world_;
   Tape<haptics::HandSample>::Reader left_;
   const display::DisplayRig* rig_ = nullptr;
-  haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
+  haptics::ServoSettings shown_;             // the scene's settings, with the pictures' tissue colours
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;      // level of detail of the tooth in the trainee's picture
@@ -128,16 +126,16 @@ class LivePicture {
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
   Nanos drawn_turn_ = 0;  // ns, start of the last call of draw() that drew the trainee's picture
-  Nanos revived_;         // ns, time at which the GPU device was last created again
+  Nanos revived_;         // ns, when the GPU device was last created again
   std::uint64_t frames_ = 0, own_frames_ = 0;
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;  // true if the last pass of the drawing loop drew a frame
+  bool drew_last_ = false;  // true if the last drawing pass drew a frame
   // number of cuts in the session at the last frame that ladder_ (QualityLadder) evaluated
   std::uint64_t ladder_cuts_ = 0;
   std::optional<SeenFrom> seen_;  // viewpoint and view that were recorded last
-  int implant_section_ = 0;       // section through the implant: 0 along the arch, 1 across it
+  int implant_section_ = 0;       // section through the implant: 0 along the arch, 1 across
 };
 
 }  // namespace typodont

@@ -12,11 +12,12 @@ namespace {
 
 using State = session::WriterStatus::State;
 
-// Period of the recorder's loop. If the program is killed, the recording lacks at most the data of the last 20 periods
-// (half a second). The servo's tape has room for eight seconds at 4 kHz.
+// Period of the recorder's loop. If the program is killed, at most the data of the last 20 periods (half a second) is
+// missing. The servo's tape has room for eight seconds at 4 kHz.
 constexpr auto kTurn = 25ms;
 
-/// Tells the user about the recording. Returns the state that was reported in the log.
+/// Tells the user about the state of the recording. `told`: the state in the last message. Returns the new value of
+/// `told`.
 State tell(Wiring& wiring, const session::WriterStatus& status, State told) {
   if (status.state != told) {
     if (status.state != State::kRecording) {

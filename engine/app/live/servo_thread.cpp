@@ -13,11 +13,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end of a session
+constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the session's end
 // Faults that are an input of Servo::tick. All other faults are only results of a tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// Returns true if the tool touches tissue or is inside it, or if the contact is unknown.
+/// True if the tool touches tissue or is inside it, or if the contact is unknown.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;
@@ -56,8 +56,7 @@ bool ServoTurns::turn() noexcept {
   send();
   const Nanos wrote = clock_();
   // The hand's faults may have changed during this tick. For the faults in kServoInputFaults, the tick stores the
-  // values that the servo used, so that a replay can give the same input to the servo. For the other faults, it stores
-  // the present values.
+  // values that the servo used, so that a replay can repeat them; for the other faults, the current values.
   tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -80,7 +79,7 @@ void ServoTurns::end() noexcept {
   LiveSession& s = s_;
   Wiring& wiring = s.wiring;
   s.loop->publish();
-  // At the end, the force ramps down with the drill off. These ticks do not belong to the session, so they are not
+  // At the end, the force ramps down with the drill off. These ticks are not part of the session, so they are not
   // recorded.
   s.servo->ramp_out();
   const Nanos faded = clock_() + from_seconds(kRampOut);

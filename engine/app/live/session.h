@@ -1,5 +1,5 @@
-// The data of a live session, and the loops of the session's threads. The code of each thread is in its own file in
-// this folder. The threads exchange data only through wiring.h. The workbench starts and joins the threads, and draws.
+// The data of a live session, and the loops of its threads; the code of each thread is in its own file in this folder.
+// Threads exchange data only through wiring.h. The workbench starts and joins the threads, and draws.
 #pragma once
 
 #include <cstdint>
@@ -25,40 +25,39 @@
 
 namespace typodont {
 
-/// The data of a session. The threads have references to this object, so it exists longer than the threads. While a
-/// thread runs, no other thread uses the members that are marked for this thread only.
+/// The data of a session; outlives the threads, which refer to it. While a thread runs, no other thread uses the
+/// members that are marked for this thread only.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
   CarverSide side{carver, wiring.patch, wiring.tapes};  // carver thread only
-  std::optional<haptics::Servo> servo;  // the servo of the session; it is created as soon as the hand's device is known
+  std::optional<haptics::Servo> servo;                  // created as soon as the hand's device is known
   std::optional<haptics::ForceDelay>
-      delay;  // delays the force; empty if the session does not delay forces; used only by the servo thread
+      delay;                           // delays the force; empty if this session needs no delay; servo thread only
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
   ServoTick last;                      // servo thread only: the last tick
   double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread
-  Nanos first_tick = 0;                // servo thread only: ns, time at which the first tick was finished
+  Nanos first_tick = 0;                // servo thread only: ns, when the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  /// true: each brick (mesh block) is sent both to a headset and to the operator's picture
+  /// True: each mesh brick is sent to a headset and to the operator's picture.
   bool watched = false;
-  StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
+  StrokeHistory book;          // carver thread only: the changes of each stroke, for undo
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
-  /// ns, time between two searches for changed bricks (blocks of the tissue's mesh); at least the duration of a frame
+  /// Time between two searches for changed mesh bricks, at least the duration of a frame, ns.
   Nanos mesh_interval = 16'000'000;
-  std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
-  // carver thread only: counters of the carver's work
+  std::filesystem::path save;  // file for the tissue; empty: not saved
+  // Carver thread only: counters of the carver's work.
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  // carver thread only: counts of the elements (spheres, triangles, vertices) that the contact models examined
+  // Carver thread only: numbers of elements (spheres, triangles, vertices) that the contact models examined.
   haptics::SearchCounts looks;
   std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
   std::uint64_t queries = 0;                        // servo thread only: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// Creates the servo for the hand. `most_delay`: s, largest delay of the force that may be requested later; 0: no
-  /// delay may be requested.
+  /// Creates the servo for the hand. `most_delay`: largest delay of the force that may be requested later, s; 0: none.
   void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
@@ -69,14 +68,14 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the
+/// The loop of the servo: the servo thread calls turn() until it returns false, then end(). A test can call the
 /// functions turn() of all loops in any order.
 class ServoTurns {
  public:
   /// `clock`: returns the time in ns; any steady clock.
   ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept = now);
   /// Runs one tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at
-  /// the end of the session.
+  /// the session's end.
   bool turn() noexcept;
   /// Ramps the force down to zero and releases the hand.
   void end() noexcept;
@@ -101,18 +100,17 @@ class ServoTurns {
 /// The loop of the carver thread. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
-  /// `between`: function that is called between the steps of turn(), so that a test can run the servo there. Empty in a
-  /// live session.
+  /// `between`: called between the steps of turn(), so that a test can run the servo there. Empty in a live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // true: this pass of the carver's loop had work to do
-    bool awaited = false;  // true: the servo has not yet begun to use the offered patch (copy of tissue)
+    bool worked = false;   // true: this pass of the carver's loop had work
+    bool awaited = false;  // true: the servo has not yet adopted the offered patch
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due, and
-  /// meshes the changed bricks (mesh blocks). Throws OpenVDB's exceptions.
+  /// Repeats the servo's cuts, executes the user's commands, offers a new tissue patch if one is due, and meshes
+  /// changed mesh bricks. Throws OpenVDB's exceptions.
   Done turn();
-  /// Repeats the cuts that are still waiting at the end of the session.
+  /// Repeats the cuts still waiting at the session's end.
   void finish();
 
  private:
@@ -125,8 +123,8 @@ class StreamTurns {
  public:
   /// `rate`: number of published states per second.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the servo's tape. Publishes all new events, and also the latest tick if the interval since the last
-  /// published tick has passed.
+  /// Reads the servo's tape. Publishes all new events, and the latest tick if enough time has passed since the last
+  /// published tick.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -145,8 +143,8 @@ class StreamTurns {
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue. Repeats the servo's cuts on it, copies patches (the tissue around the tool) from it for the servo,
-/// meshes its changes, and executes undo. Ends the session if memory is exhausted.
+/// Owns the tissue. Repeats the servo's cuts on it, copies the tissue around the tool for the servo, meshes its
+/// changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
 /// Writes what is on the tapes to the file.
 void recorder_thread(LiveSession& s, SessionRecorder& recorder);

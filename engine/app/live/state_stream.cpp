@@ -32,12 +32,13 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, about 100 messages; a message that would exceed it is skipped for this reader
+// Largest amount of waiting data, bytes: about 100 messages. If a message would exceed it, this reader does not get the
+// message.
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a longer request disconnects
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
 constexpr std::size_t kMostReaders = 32;
 
-/// Its calls never block.
+/// A socket whose calls never block.
 class Socket {
  public:
   Socket() = default;
@@ -88,7 +89,7 @@ Address read_address(const std::string& text) {
   return address;
 }
 
-/// Connected (UDP) or listening (TCP).
+/// Opens a connected socket (UDP) or a listening one (TCP).
 Socket open_socket(const Address& address, const std::string& text) {
   addrinfo hints{};
   hints.ai_socktype = address.osc ? SOCK_DGRAM : SOCK_STREAM;
@@ -107,18 +108,19 @@ Socket open_socket(const Address& address, const std::string& text) {
   return socket;
 }
 
-/// A program at the WebSocket.
+/// A program that is connected to the WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;     // request so far
-  std::string waiting;   // not yet sent
+  std::string asked;     // the part of the request that has arrived
+  std::string waiting;   // data that is not yet sent
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // No progress since: nothing received, or request incomplete.
+  // Time since which there is no progress: the reader receives nothing, or its request is incomplete.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
 
-/// scheme://host[:port] of this computer. "null" is refused: a frame in any web page can have it.
+/// True for an origin scheme://host[:port] on this computer. "null" is refused, because a frame in any web page can
+/// have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -169,7 +171,7 @@ struct StateStream::Impl {
   std::vector<Reader> readers;
   Counts counts;
   Nanos zero = 0;       // ns, monotonic clock at session time zero
-  Nanos unix_zero = 0;  // ns since 1970, the same
+  Nanos unix_zero = 0;  // ns since 1970 (UTC) at session time zero
   int port = 0;
 
   std::string hello() const {
@@ -201,7 +203,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are rare and important: twice kMostWaiting.
+  // Events are rare and important: they may use twice kMostWaiting.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;
@@ -226,7 +228,7 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// RFC 6455, 4.2. Refuses web pages of other computers by the header Origin.
+/// Answers a WebSocket handshake (RFC 6455, 4.2). Refuses web pages of other computers by the header Origin.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
@@ -263,10 +265,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// Only control frames come after the handshake.
+/// Reads from a connection. After the handshake: only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // per call; a reader may send without pause
+  constexpr int kMostReads = 16;  // largest number of reads per call: a reader may send endlessly
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -285,7 +287,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // NTP counts from 1900, in 2^-32 s.
+  // NTP time counts from 1900, in units of 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -295,7 +297,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // lost if nobody listens or the buffer is full
+    // The message is lost without listeners or buffer space.
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else
@@ -395,7 +397,7 @@ void StateStream::turn() {
       Reader reader{Socket(fd), "", "", false, now(), false};
       const int yes = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-      // Connections that have not asked for anything do not keep a reader away.
+      // If there are too many readers, a connection without a finished handshake is closed to make room.
       if (impl_->readers.size() >= kMostReaders)
         if (const auto silent = std::ranges::find(impl_->readers, false, &Reader::greeted);
             silent != impl_->readers.end())

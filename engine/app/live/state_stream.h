@@ -1,4 +1,4 @@
-// A live session's state for other programs, by OSC, and as JSON over WebSocket (docs/doors/stream.md).
+// Sends a live session's state to other programs, by OSC, and as JSON over WebSocket (docs/doors/stream.md).
 #pragma once
 
 #include <cstdint>
@@ -12,42 +12,42 @@
 
 namespace typodont {
 
-/// Sent once to every reader.
+/// Data that each reader receives once.
 struct StreamedSession {
   std::string scene;               // name of the scene
-  std::vector<std::string> tools;  // ServoTick::tool is an index
+  std::vector<std::string> tools;  // tool names; ServoTick::tool is an index into this list
   double servo_rate = 1000;        // Hz, rate of the servo
   SoundVoice voice;                // for its sound on another computer
 };
 
-/// One thread calls all, not the servo's. Nothing blocks, so slow readers lose messages; after kPatience without
-/// reading or completing a request they are disconnected.
+/// One thread calls all functions, not the servo's. Nothing blocks, so slow readers lose messages. A reader that
+/// neither reads nor completes its request is disconnected after kPatience.
 class StateStream {
  public:
-  /// "osc:PORT", "osc:HOST:PORT": sent to; "ws:PORT", "ws:HOST:PORT": readers connect. Default host 127.0.0.1. Throws
-  /// Error if invalid or in use.
+  /// Addresses: "osc:PORT" or "osc:HOST:PORT" receive messages; readers connect to "ws:PORT" or "ws:HOST:PORT". Default
+  /// host: 127.0.0.1. Throws Error if an address is invalid or in use.
   StateStream(const std::vector<std::string>& addresses, StreamedSession session);
   ~StateStream();
   StateStream(const StateStream&) = delete;
   StateStream& operator=(const StateStream&) = delete;
 
-  /// `zero`: ns, monotonic clock, to which later times are relative.
+  /// Starts the session's clock. `zero`: time of the monotonic clock to which later times are relative, ns.
   void begin(Nanos zero);
-  /// `lost`: ticks that the stream did not receive.
+  /// Sends a tick. `lost`: number of ticks the stream missed.
   void state(const ServoTick& tick, std::uint64_t lost);
-  /// `kind`: for example "tool", "fault", "end".
+  /// Sends an event. `kind`: for example "tool", "fault", "end".
   void event(Nanos t, const std::string& kind, const std::string& text);
-  /// Accepts and answers readers, sends waiting data. Every few milliseconds.
+  /// Accepts readers, answers them, and sends waiting data. Call every few milliseconds.
   void turn();
 
   struct Counts {
-    std::uint64_t readers = 0;  // connected now
-    std::uint64_t sent = 0;     // given to the operating system
-    std::uint64_t skipped = 0;  // not sent to slow readers
-    std::uint64_t cut_off = 0;  // disconnected, not reading
+    std::uint64_t readers = 0;  // number of connected readers
+    std::uint64_t sent = 0;     // messages passed to the operating system
+    std::uint64_t skipped = 0;  // messages not sent to slow readers
+    std::uint64_t cut_off = 0;  // readers that were disconnected because they did not read
   };
   Counts counts() const;
-  /// Of the first WebSocket address, as the system chose it for "ws:0"; 0: none.
+  /// Port of the first WebSocket address; for "ws:0", the one that the system chose. 0: there is none.
   int port() const;
 
   static constexpr Nanos kPatience = 5 * kNanosPerSecond;

@@ -11,17 +11,17 @@ namespace typodont {
 
 namespace {
 
-// s, time constant of the smoothing; with it, 90 controller positions per second feel like a continuous motion
+// Time constant of the smoothing, s. With it, 90 controller positions per second feel like a continuous motion.
 constexpr double kFollowTime = 10e-3;
-constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after the tracking returns
-// m/(s·N), admittance. While tracking is lost, the tool moves away from the tissue with this speed per newton of force.
-// So the force fades within 50 ms (at a stiffness of 1 N/mm).
+constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion back to the hand
+// Admittance, m/(s·N): while tracking is lost, the tool moves away from the tissue with this speed per newton of force.
+// At a stiffness of 1 N/mm, the force fades within 50 ms.
 constexpr double kLostHandAdmittance = 0.02;
-// m/s, largest speed at which the tool yields to the force while tracking is lost
+// Largest speed at which the tool yields to the force while tracking is lost, m/s.
 constexpr double kMostLostHandSpeed = 0.05;
-// if the trigger's position (0..1) is smaller than this, the trigger counts as released
+// The trigger counts as released if its position (0 to 1) is smaller than this.
 constexpr double kReleased = 0.1;
-// ns; if the newest sample is older than this, tracking counts as lost
+// Age of a sample from which tracking counts as lost, ns.
 constexpr Nanos kStale = 150'000'000;
 
 class XrHand : public haptics::HapticDevice {
@@ -38,7 +38,7 @@ class XrHand : public haptics::HapticDevice {
     if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
     const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
     sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
-    return true;  // returns true always, because the servo ends the session, not this hand
+    return true;  // the servo ends the session, not this hand
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
   std::uint32_t faults() const noexcept override { return filter_.lost() ? bits(Fault::kDeviceLost) : 0; }

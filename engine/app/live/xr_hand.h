@@ -1,8 +1,8 @@
-// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and then
-// yields to the force, so that the force fades. When tracking returns, the tool moves to the hand. The drill runs again
-// only after the user has released the trigger once. If a frame takes longer than 150 ms, tracking also counts as lost,
-// because the user would drill without seeing. For example, a frame takes so long after a change of the quality level,
-// while the driver compiles shaders.
+// A headset's controller as the hand, without force. If tracking is lost, the tool stops and then yields to the force,
+// so that the force fades. When it returns, the tool moves to the hand; the drill runs again after the user has
+// released the trigger once.
+// Tracking also counts as lost if a frame takes longer than 150 ms, because the user would drill without seeing. This
+// happens after a change of the quality level, while the driver compiles shaders.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ namespace typodont {
 class XrHandFilter {
  public:
   explicit XrHandFilter(const Pose& start) : pose_(start), from_(start) {}
-  /// Returns the hand's next sample. `wanted`: newest sample of the controller. `seen`: true if the controller is
-  /// tracked now. `f_T_W`: N, force of the servo in the last tick.
+  /// The hand's next sample. `wanted`: newest sample of the controller. `seen`: true if the controller is tracked now.
+  /// `f_T_W`: N, force of the servo in the last tick.
   haptics::HandSample next(const XrHandSample& wanted, bool seen, const dvec3& f_T_W, Nanos t, double dt) noexcept;
   bool lost() const noexcept { return lost_; }
 

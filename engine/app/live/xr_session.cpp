@@ -32,36 +32,34 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, time in which a tool becomes partly transparent after its tracking is lost, or opaque again after tracking returns
+// Time in which a tool fades after its tracking is lost, or becomes opaque again after tracking returns, s.
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
-// Hz, lowest and highest frequency with which the program lets a controller vibrate
+// Hz, lowest and highest frequency of a controller's vibration
 constexpr double kSlowest = 60, kFastest = 320;
-// rad/s, speed of the spindle at which the controller vibrates with its highest frequency
+// Spindle speed for the controller's highest vibration frequency, rad/s.
 constexpr double kFastSpindle = 400 * kKrpm;
-// Limits for a controller and for an arm: time (s) and distance (m). The tip counts as still if it moves less than this
-// distance during this time.
+// Limits for a controller and for an arm: the tip counts as still if it moves less than this distance (m) in this time
+// (s).
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-// s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
+// Longest time for a frame, s. After it, the GPU is assumed to hang; software rendering on a slow CPU takes less.
 constexpr double kLongestFrame = 20;
-// s; if the runtime has not ended the session within this time after the request, the program stops waiting for it
+// Longest wait for the runtime to end the session, s.
 constexpr double kLeaveTime = 2;
 
-/// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
-/// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high
-/// frequencies.
+/// Computes the controller's vibration: the amplitude from the force on the hand, the frequency from the drill's speed.
+/// It is far below the spindle's frequency, which a controller cannot produce.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
-  // amplitude of a drill that runs without contact; it is just perceptible
+  // Amplitude for a drill that runs without contact; just perceptible.
   const double running = tick.spindle > 1 ? 0.04 : 0;
   const double speed = std::clamp(std::abs(tick.spindle) / kFastSpindle, 0.0, 1.0);
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then runs no
-/// destructors, because the hanging thread might still use the data that the destructors destroy. The exit status stays
-/// the same.
+/// For use if a thread hangs in a call of the headset's runtime: at exit, the process then runs no destructors, because
+/// this thread might still use the data. The exit status remains the same.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -74,19 +72,19 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the channels to other threads (Wiring). If the thread hangs, the program no
-/// longer waits for it, but this object continues to exist, because the thread might still use it.
+/// All data of the headset's thread except the channels to other threads (Wiring). If the thread hangs, this object
+/// continues to exist, because the thread might still use it.
 struct XrSession::Thread {
   display::DisplayRig rig;
   const Scene scene;
   dvec3 origin;                             // m, frame W: origin of the tissue's voxels
   double voxel;                             // m, voxel size of the tissue
-  std::optional<render::BoxInWorld> reach;  // m, frame W: box that the tissue can occupy in the session
+  std::optional<render::BoxInWorld> reach;  // m, frame W: box the tissue can occupy
   Wiring& wiring;
   Options options;
   World world;
   WorldReader reader{world, wiring.tapes};
-  int mirror_hand = -1;  // index of the controller that holds the mouth mirror; -1: none
+  int mirror_hand = -1;  // index of the controller holding the mouth mirror; -1: none
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -102,7 +100,7 @@ struct XrSession::Thread {
   std::vector<Touch> touches;
   std::string notice;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counters of the thread's work; only the thread uses them until the thread ends
+  WorkCounts work;  // counters of the thread's work; only the thread uses them until it ends
 
   std::thread thread;
 
@@ -164,7 +162,7 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(world.surroundings());
     Detail detail(wiring.tolerance, voxel);
-    // Releases the particles whenever this function ends, because this must happen before their GPU device is
+    // Releases the particles whenever this function ends, because that must happen before their GPU device is
     // destroyed.
     struct InUse {
       DebrisView* debris;
@@ -185,8 +183,8 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      reader.read();         // also while the headset is off, so that nothing is lost
-      if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
+      reader.read();         // reads events even if the headset is off, so that no event is lost
+      if (!hmd.running()) {  // The user has taken off the headset: the bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
         std::this_thread::sleep_for(10ms);
@@ -252,8 +250,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// Handles the mirror button of a controller: the button puts the mouth mirror into the second hand, or removes the
-  /// mirror. If the second hand's tracking is lost, the mirror keeps its pose.
+  /// Handles the mirror button of a controller, which puts the mouth mirror into the second hand or removes it. If the
+  /// second hand's tracking is lost, the mirror keeps its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -265,8 +263,8 @@ struct XrSession::Thread {
     if (hand.tracked) world.hold(held(scene.mouth_mirror, hand.X_WT));
   }
 
-  /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill has
-  /// stopped and the tool touches nothing.
+  /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill stands
+  /// still and the tool touches nothing.
   void choose_next_tool() {
     const auto tools = static_cast<std::int32_t>(world.tools().size());
     const std::int32_t chosen = wiring.chosen_tool;
@@ -275,8 +273,8 @@ struct XrSession::Thread {
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// Publishes the controller's sample for the servo. Returns true if the controller is tracked. If another device
-  /// holds the tool, it also returns true.
+  /// Publishes the controller's sample for the servo. True if the controller is tracked, or if another device holds the
+  /// tool.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -292,7 +290,7 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
   // Waits until the headset's thread has opened the runtime. If one call of the runtime takes too long, the session
-  // cannot start. (The time until the user puts on the headset is limited separately, by wake().)
+  // cannot start. (wake() limits the time until the user puts on the headset.)
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -341,14 +339,13 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The headset's thread hangs in a call of the runtime. So this thread is not joined, and all its data stay in
-    // memory.
+    // The headset's thread hangs in a call of the runtime, so it is not joined, and all its data remain in memory.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    // The thread does not end, but it is not in a call of the runtime. So the GPU must be hanging.
+    // The thread does not end, but it is not in a call of the runtime, so the GPU must hang.
     if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();

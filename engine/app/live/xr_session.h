@@ -1,5 +1,5 @@
-// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If this runtime
-// hangs or crashes, the session must still end properly, with zero force and a complete recording.
+// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If it hangs or
+// crashes, the session must still end properly: with zero force and a complete recording.
 #pragma once
 
 #include <filesystem>
@@ -21,26 +21,25 @@ namespace typodont {
 class XrSession {
  public:
   struct Options {
-    int tool_hand = -1;  // controller that holds the tool: 0 left, 1 right; −1: another device holds the tool
+    int tool_hand = -1;  // controller holding the tool: 0 left, 1 right; −1: another device
     bool debris = false;
-    std::string quality;    // name of the quality level; empty: chosen from the drawing times of the frames
-    bool touches = false;   // true: the user's trigger captures a pair of points for `calibrate register`
+    std::string quality;    // quality level's name; empty: chosen from the frames' drawing times
+    bool touches = false;   // true: the trigger captures pairs of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
     ServoTick start;        // state of the tool before the first tick
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
-  /// Opens the headset. Returns when the headset is awake and accepts frames. Throws Error with a message of one line
-  /// if the headset is missing or asleep, or if its runtime does not answer.
+  /// Opens the headset, and returns when it is awake and accepts frames. Throws Error with one line of text if it is
+  /// missing or asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The next functions are called by the thread that runs the session.
-  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the headset's runtime is
-  /// lost, or if it has not answered for a time that the rig file states as `stall_s`.
+  // The thread that runs the session calls this function and the next ones. Checks the headset. False if the user has
+  // ended the session. Throws RunFailure if the runtime is lost, or has not answered for `stall_s` (rig file).
   bool step();
   /// Sets a line of text over the picture.
   void say(std::string notice);
@@ -49,12 +48,12 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// Returns the mass balance of the chips. Call it after stop(). Empty if there were no chips or if the thread hangs.
+  /// The mass balance of the chips. Call after stop(). Empty if there were no chips or if the thread hangs.
   std::optional<DebrisBalance> debris() const;
-  /// Adds the counters of the headset's thread to `work`. Call it after stop(). Does nothing if the thread hangs.
+  /// Adds the counters of the headset's thread to `work`. Call after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
-  /// One physical point, measured in two frames: p_H is the head of the tool that an arm holds, in frame H of the arm's
-  /// base; p_D is the tip of the controller, in frame D of the headset.
+  /// One physical point, measured in two frames: with the head of the tool that an arm holds, and with the tip of the
+  /// controller.
   struct Touch {
     dvec3 p_H, p_D;  // m; p_H in frame H of the arm's base, p_D in frame D of the headset
   };
@@ -63,7 +62,7 @@ class XrSession {
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
-  double stall_;  // s, if the runtime does not answer within this time, the session ends
+  double stall_;  // s without an answer of the runtime that end the session
 };
 
 /// Writes the captured pairs of points to a file for `calibrate register --pairs`. Throws Error if it cannot be

@@ -40,8 +40,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  // Waits here until the GPU has finished. The wait function of `ring_` is not used, because it throws if the GPU is
-  // lost.
+  // Waits until the GPU has finished. Not through `ring_`, which would throw if the GPU is lost.
   vkDeviceWaitIdle(device_.device);
   hmd_->end();
   for (gpu::Buffer& panels : panels_) panels.destroy(device_);
@@ -74,15 +73,14 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const World& 
   // Direction to the lamp. It is fixed in the room: over the left shoulder of a user who sits at negative y of frame W.
   frame.lights.key = glm::normalize(dvec3(-0.65, 0.2, 0.95));
   frame.lights.up = {0, 0, 1};
-  // No background picture is drawn. One picture cannot fit both eyes of a headset, because their image planes are not
-  // parallel.
+  // No background picture: one picture cannot fit both eyes of a headset, because their image planes are not parallel.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
   add_held(world, {}, frame);
   frame.tool.opacity = tool_opacity;
   return frame;
 }
 
-/// Copies the texts over the picture of each eye, at the place where both eyes see them at one distance.
+/// Copies the texts over the picture of each eye, so that both eyes see them at the same distance.
 void XrStage::write_texts(VkCommandBuffer commands, const display::HmdFrame& frame, const World& world) {
   constexpr double kHalfWidth = 0.3, kHalfHeight = 0.3;  // tangents of half the angles over which the texts extend
   constexpr double kDistance = 10;  // distance of the texts from the eyes, divided by the distance between the eyes
@@ -110,7 +108,7 @@ void XrStage::write_texts(VkCommandBuffer commands, const display::HmdFrame& fra
   const bool filled = panel_texts_[slot] == texts_;
   panel_texts_[slot] = texts_;
 
-  // The head's forward direction is the mean of the eyes' directions; their views may be turned outwards.
+  // The head's forward direction is the mean of the eyes' directions, because their views may be turned outwards.
   const auto forward = [](const display::EyeView& eye) {
     return -dvec3(eye.view[0][2], eye.view[1][2], eye.view[2][2]);
   };

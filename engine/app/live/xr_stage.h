@@ -1,5 +1,5 @@
-// Draws the bench for a headset. It creates Vulkan through the headset's runtime, creates a renderer, and draws each
-// frame. Used by the headset's thread.
+// Draws the bench for a headset: creates Vulkan through the headset's runtime, creates a renderer, and draws each
+// frame. Headset's thread only.
 #pragma once
 
 #include <array>
@@ -38,11 +38,11 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the static surroundings. Call it before the first bricks (mesh blocks) of the tissue are added.
+  /// Adds the static surroundings. Call before the first mesh bricks of the tissue are added.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
-  /// Describes the frame for the renderer, without particles. `tool_opacity`: 0..1; less than 1: the hand's tracking is
-  /// lost.
+  /// Describes the frame for the renderer, without particles. `tool_opacity`: 0 to 1; less than 1 if the hand's
+  /// tracking is lost.
   static render::Frame picture(const display::HmdFrame& frame, const World& world, double tool_opacity,
                                bool see_through);
   /// Draws the world and its texts, and submits the frame that hmd().wait() began. If the runtime needs no picture, it

@@ -38,10 +38,10 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// To kCrownTop, which the shipped rigs show: the middle of the top, or the highest point of several teeth, whose
-/// middle may be empty.
+/// Moves the mesh to kCrownTop, the place that the shipped rigs show: by the middle of its top, or for several teeth by
+/// their highest point, because their middle may be empty.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m; wider meshes have several teeth
+  // m; a wider mesh contains several teeth.
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
@@ -53,7 +53,8 @@ void move_to_working_place(haptics::TissueMesh& mesh) {
   for (dvec3& p : mesh.vertices) p += move;
 }
 
-/// Some scanners write metres: in the default unit, a mesh too small for a tooth is read again in metres.
+/// Reads a mesh. Some scanners write metres: if a mesh in the default unit is too small for a tooth, it is read again
+/// in metres.
 haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
   constexpr Tissue kTissue = Tissue::kEnamel;
   try {
@@ -65,12 +66,12 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // the first error is reported
+      throw e;  // reports the first error
     }
   }
 }
 
-/// Created if missing.
+/// The user's folder of scenes; created if it is missing.
 fs::path own_scenes() {
   const fs::path folder = user_folder() / "scenes";
   std::error_code code;
@@ -79,7 +80,7 @@ fs::path own_scenes() {
   return folder;
 }
 
-/// A scene of the mesh, without a volume.
+/// Imports a mesh as a scene without a volume.
 fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 1);
   haptics::ReadTissueMesh read = read_scanned(tooth);
@@ -101,7 +102,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  // no cancelling from here: the final names are written
+  // From here on, the work cannot be cancelled, because files with final names are written.
   progress.at(1);
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
@@ -124,7 +125,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene
+      // Form of the name: DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene.
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;
@@ -177,7 +178,7 @@ fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Pr
                            const std::optional<dvec3>& top) {
   progress.stage("op.importing", 0.9, 1);
   const fs::path file = own_scenes() / (file_name_of(tooth.name) + ".json");
-  // Names of DICOM files often contain patients' names.
+  // The names of DICOM files are left out, because they often contain patients' names.
   std::string description = imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string();
   for (const fs::path& mesh : tooth.more) description += ", " + mesh.filename().string();
   write_imported_exercise({tooth.name, description, tooth.crown, top}, imported, file, Over::kItsInput, progress);

@@ -1,4 +1,4 @@
-// Recorded sessions with scores, and the import of teeth.
+// The page of recorded sessions with their scores, and of the import of teeth.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-/// 0 to 100; red below the pass mark.
+/// Draws the points, 0 to 100; red if they are below the pass mark.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");
@@ -122,7 +122,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
                       ImGuiInputTextFlags_AutoSelectAll);
   };
-  ImGui::BeginDisabled(as_scanned);  // only for a conversion to a volume
+  ImGui::BeginDisabled(as_scanned);  // these options apply only to a conversion to a volume
   length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
   length("##shell", f.shell_mm, "op.shell", "op.shell_usual");
@@ -156,7 +156,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {body.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  // the rest is the import form, whose button must need no scrolling
+  // The rest of the page is the import form; its button must be visible without scrolling.
   const float actions = 15.1f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});

@@ -1,4 +1,4 @@
-// This program in its own process, for work whose failure must not reach the window.
+// Runs this program in a separate process, for work whose failure must not affect the window.
 #pragma once
 
 #include <optional>
@@ -9,23 +9,23 @@
 
 namespace typodont {
 
-/// gets the processor only while nobody else needs it
+/// Nice value for work that gets the processor only while no other work needs it.
 inline constexpr int kLowestPriority = 19;
 
-/// `typodont ARGUMENTS` to its end; returns its output. Cancelling ends it, then kills it. `nice`: 0 to 19. Throws
-/// Cancelled, or RunFailure with its last message if it fails without output.
+/// Runs `typodont ARGUMENTS` to its end and returns its output. A cancellation asks it to end, then kills it. `nice`: 0
+/// to 19. Throws Cancelled, or RunFailure with its last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Programs that outlive the window. Failures are detected. Main thread only.
+/// Starts programs that outlive the window, and detects their failures. Main thread only.
 class Started {
  public:
-  /// With the desktop's default program.
+  /// Opens the file with the desktop's default program.
   void open(const std::string& file);
-  /// `typodont ARGUMENTS`, without waiting.
+  /// Starts `typodont ARGUMENTS` without waiting for it.
   void self(const std::vector<std::string>& arguments);
 
   struct Failed {
-    std::string file;   // that could not be opened; empty: this program failed
+    std::string file;   // file that could not be opened; empty: this program failed
     std::string words;  // last message of the failed program
   };
   /// A program that failed since the last call.
@@ -34,7 +34,7 @@ class Started {
  private:
   struct One {
     int process = -1;
-    int said = -1;  // its messages, in memory
+    int said = -1;  // descriptor of its messages, in memory
     std::string file;
   };
   void start(std::vector<std::string> words, const std::string& file);

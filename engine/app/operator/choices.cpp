@@ -11,7 +11,7 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-// ns; one search takes milliseconds
+// Time between searches for devices, ns; a search takes milliseconds.
 constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;
 }  // namespace
 
@@ -32,7 +32,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // mesh_lod works in every exercise, so it is proposed second.
+  // mesh_lod works in every exercise, so it is the default for the second model.
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }
@@ -73,7 +73,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// If it is in the list.
+/// Selects the hand with this address, if listed.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

@@ -1,4 +1,4 @@
-// Exercises, hands and pictures, and the selection, which is stored between runs. Main thread only.
+// The lists of exercises, hands and pictures, and the user's selection, which is stored between runs. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -13,18 +13,18 @@ namespace typodont {
 
 class Choices {
  public:
-  /// Restores the last selection.
+  /// Restores the selection of the last run.
   Choices(OperatorState& s, InterfaceWindow& w);
 
-  /// No change without a font for the language.
+  /// Changes the language, unless there is no font for it.
   void set_language(session::Language language);
-  /// Searches scenes, hands and rigs again; keeps the selection.
+  /// Searches for scenes, hands and rigs again. Keeps the selection.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();
   void remember() const;
 
-  /// While the user selects a hand. True: devices have changed.
+  /// Searches for devices while the user selects a hand. True: the devices have changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

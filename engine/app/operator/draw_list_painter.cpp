@@ -17,20 +17,20 @@ namespace typodont {
 
 namespace {
 
-// scale, shift and texture layer, laid out as in interface.vert
+// Push constants as in interface.vert: scale, shift and texture layer.
 struct Place {
   float scale[2], shift[2];
   std::int32_t layer;
 };
 
-// images remembered, more than a swapchain has
+// Number of images whose content is remembered; larger than the number of images in a swapchain.
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// A new buffer is 1.5 times as large as needed.
+/// Makes the buffer large enough. A new buffer is 1.5 times as large as needed.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);
@@ -66,7 +66,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // null means the font
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // a null texture means the font
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }
@@ -112,13 +112,13 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Laid out for another window size: scaled, and all drawn.
+  // If the draw lists were laid out for another window size, they are scaled, and everything is drawn.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // Images may be destroyed while their entries stay.
+  // Images may have been destroyed while their entries remain, so all entries are removed.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

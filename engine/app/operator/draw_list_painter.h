@@ -1,5 +1,5 @@
-// Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. Redraws only what differs
-// from the target's earlier frame. Render thread only.
+// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. Redraws only what
+// differs from the last content of the target. Render thread only.
 #pragma once
 
 #include <array>
@@ -18,34 +18,34 @@ namespace typodont {
 
 class DrawListPainter {
  public:
-  /// The current context's font atlas. Throws RunFailure.
+  /// Takes the current ImGui context's font atlas. Throws RunFailure.
   explicit DrawListPainter(gpu::Device& device);
   ~DrawListPainter();
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// After language or scale have changed; no frame in flight.
+  /// Call after a change of language or scale, when no frame is in flight.
   void take_font_atlas();
 
-  /// Forgets the last frame's textures.
+  /// Forgets the textures of the last frame.
   void new_frame();
-  /// The first layer as a texture for ImGui::Image in this frame: sRGB bytes in a UNORM view, in the shaders' layout;
-  /// at most 60. `shows` changes with the content.
+  /// Makes the first layer of an image a texture for ImGui::Image in this frame; at most 60 textures. Format: sRGB
+  /// bytes in a UNORM view, in the shaders' layout. `shows`: a number that changes with the content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws what differs from the content of `target`, or everything (`all`, or no frame there). Returns the parts;
-  /// empty: everything.
+  /// Draws what differs from the content of `target`; everything if `all` is true or the target has no content yet.
+  /// Returns the drawn parts; empty: everything was drawn.
   std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
                                                    const display::Target& target, int slot,
                                                    const std::array<float, 4>& clear, bool all = false);
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;
-  static constexpr std::size_t kTextures = 64;  // in a frame; the first is the font
+  static constexpr std::size_t kTextures = 64;  // largest number of textures in a frame; the first one is the font
 
   struct Texture {
     VkImageView view;
-    int layer;  // of an array; negative: the font, coverage only
+    int layer;  // array image's layer; negative: the font, which has only coverage
     std::uint64_t shows;
   };
 
@@ -55,12 +55,12 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  gpu::ShaderInputs inputs_;  // each slot has a descriptor set per texture
+  gpu::ShaderInputs inputs_;  // for each frame slot, one descriptor set per texture
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  // per target: a hash per tile of what was drawn last
+  // For each target image: a hash of each tile's content when it was last drawn.
   std::map<VkImage, std::vector<std::uint64_t>> holds_;
 };
 

@@ -11,7 +11,8 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of a tile
-// Rectangles of changed area. An element is drawn once in each that it overlaps, so more would take longer.
+// Largest number of changed rectangles. An element is drawn once in each rectangle that it overlaps, so more would take
+// longer.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
@@ -63,7 +64,7 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  // Neighbours in a row form a rectangle, which grows downwards while the next row has the same.
+  // Neighbouring tiles of a row form a rectangle. It grows downwards if the next row has the same changed tiles.
   std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {

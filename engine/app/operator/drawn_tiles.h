@@ -1,5 +1,5 @@
-// What differs between two frames of the interface, by a hash per tile of all elements over it. A running clock redraws
-// only its tiles.
+// Finds what differs between two frames of the interface, by a hash for each tile of all elements in it. So a running
+// clock redraws only its own tiles.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// Row by row. `textures`: a number each, which changes with the content.
+/// Hashes of all tiles, row by row. `textures`: for each texture, a number that changes with its content.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 
-/// A few rectangles that do not overlap. Size in pixels.
+/// The changed area as a few rectangles that do not overlap. `size`: pixels.
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size);
 
-/// Depends on the order.
+/// Combines two hashes; the result depends on their order.
 inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
   a = (a ^ b) * 0x9e3779b97f4a7c15u;
   return a ^ a >> 29;

@@ -71,7 +71,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Four significant digits: the float 0.7 would be written with more.
+    // Rounds to four significant digits, because the float 0.7 would be written with more digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -93,7 +93,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // The paint file's strokes are already in `servo.materials`, and are applied again on reading.
+    // `servo.materials` already includes the strokes of the paint file, which are applied again when the scene is read.
+    // So their factor is divided out.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -103,7 +104,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // In the task, or without one in "score".
+  // The rules move to the task. A scene without a task has them in "score".
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
@@ -128,10 +129,10 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Errors that would let a session fail: invalid mesh, rule without target. Throws Error.
+/// Finds errors that would make a session fail: an invalid mesh, a rule without target. Throws Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // one at a time, to find the faulty one
+  const auto try_rules = [&](const auto& read) {  // called for one rule at a time, to find the faulty one
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;
@@ -166,7 +167,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // Elsewhere first, so that an invalid exercise replaces nothing.
+  // Written elsewhere first, so that an invalid exercise replaces nothing.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

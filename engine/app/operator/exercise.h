@@ -1,4 +1,4 @@
-// An instructor's exercise, stored as a scene in the user's folder.
+// An instructor's exercise: a scene in the user's folder.
 #pragma once
 
 #include <array>
@@ -17,43 +17,43 @@
 
 namespace typodont {
 
-/// Where it differs from the base scene.
+/// Differences of a tissue from the base scene.
 struct TissueMade {
-  double stiffness = 1;        // stiffness, divided by that in the base scene
-  std::optional<dvec3> color;  // sRGB; empty: the base scene's
+  double stiffness = 1;        // factor on the stiffness in the base scene
+  std::optional<dvec3> color;  // sRGB; empty: the colour in the base scene
 };
 
 struct NewExercise {
   std::string name, goal;
   std::vector<std::string> steps;
   const Scene* base = nullptr;                   // base scene from which the exercise is made
-  std::span<const PaintStroke> strokes;          // added to the base scene's
+  std::span<const PaintStroke> strokes;          // added to the strokes of the base scene
   const haptics::TissueVolume* ideal = nullptr;  // null: ideal_mesh is used
-  // Closed mesh. Without both, the base scene's ideal.
+  // File with a closed mesh of the ideal. Without mesh and tissue, the ideal of the base scene is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm per unit of the mesh file
   std::array<TissueMade, kTissueCount> tissues{};
-  std::optional<std::vector<RuleChoice>> rules;  // all of them; empty: the base scene's
+  std::optional<std::vector<RuleChoice>> rules;  // all rules of the exercise; empty: the base scene's rules
 };
 
-/// Names rule and fault, for a message in the user's language. Nothing is written.
+/// Thrown for an invalid rule, before anything is written. States rule and fault, for a message in the user's language.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // true: no target value in rule or ideal; false: a number out of range
+  // True: neither the rule nor the ideal gives a target. False: a number is out of range.
   bool no_target;
 };
 
-/// With the values of the base scene, otherwise defaults.
+/// All rules, with the values of the base scene if it has them, otherwise with defaults.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// JSON text. `ideal_file`: relative to the scene; empty: the base scene's.
+/// The exercise as JSON text. `ideal_file`: path relative to the scene; empty: the ideal of the base scene.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// ~/Typodont/scenes/NAME.json and NAME-ideal beside it, first read as a session would; then replaces files of the same
-/// name. Returns the scene. Throws Error (RuleRefused) or Cancelled without changing a file.
+/// Writes ~/Typodont/scenes/NAME.json and NAME-ideal beside it. Reads them first as a session would, then replaces
+/// files of the same name. Returns the scene. Throws Error (RuleRefused) or Cancelled without changing a file.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

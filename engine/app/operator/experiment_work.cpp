@@ -25,7 +25,7 @@ FoundValue value_in(const Json& json) {
   return {number("value"), number("low"), number("high")};
 }
 
-/// From `typodont experiment --json`.
+/// Reads the output of `typodont experiment --json`.
 void read_result(const Json& json, ExperimentFinding& found) {
   found.trials = static_cast<int>(json["trials"].integer(0));
   if (found.question == kModelQuestion) {
@@ -68,7 +68,7 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  // It cannot draw in this window, so without a rig file it opens its scene's usual one.
+  // The separate process cannot draw in this window. Without a rig file, it opens the scene's usual rig.
   if (!rig.file.empty()) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();

@@ -47,7 +47,7 @@ namespace widgets {
 
 namespace {
 
-/// Folder of the typed path, or home.
+/// Folder of the typed path, or else the home folder.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -57,7 +57,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// True if chosen by mouse, Space or Enter.
+/// A line of the list. True if it is selected by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));
@@ -78,7 +78,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     list_folder(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // ImGui selects the first line of a new popup, so each folder gets a new name.
+  // Each folder gets a new popup name, because ImGui selects the first line only in a new popup.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

@@ -1,4 +1,4 @@
-// A path, typed or selected. Main thread only.
+// A field for a path, which the user types or selects. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -8,18 +8,19 @@
 
 namespace typodont {
 
-/// One folder's folders and files of the requested extensions.
+/// A folder's subfolders, and its files with the requested extensions.
 struct FileChooser {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> folders, files;  // names without the path of the folder
-  bool asked = false;                                 // opened in this frame
+  bool asked = false;                                 // true: the list was opened in this frame
   int opened = 0;                                     // number of times that the list was opened
 };
 
-/// Without hidden files. Extensions in lower case, for example ".stl". Empty if unreadable.
+/// Lists a folder without hidden files. `endings`: file extensions in lower case, for example ".stl". Empty if the
+/// folder can't be read.
 void list_folder(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
 
-/// Scans and meshes, from which a tooth can be made.
+/// File extensions of scans and meshes usable for a tooth.
 const std::vector<std::string>& tooth_extensions();
 
 }  // namespace typodont

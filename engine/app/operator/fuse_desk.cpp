@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 560;  // pixels, of a surface's picture
+constexpr int kPixels = 560;  // pixels, side of a surface's picture
 }
 
 void FuseDesk::open() {

@@ -1,5 +1,5 @@
-// Aligns an intraoral scan with the scan page's CBCT: reads the mesh, registers picked points, draws both surfaces,
-// replaces the crowns. Main thread only.
+// Aligns an intraoral scan with the CBCT of the scan page: reads the mesh, registers points that the user picks, draws
+// both surfaces, replaces the crowns. Main thread only.
 #pragma once
 
 #include <memory>
@@ -22,15 +22,15 @@ class FuseDesk {
 
   /// Shows the page and reads OperatorState::fuse in the background. Needs labels at the scan's own voxel size.
   void open();
-  /// By the picked points. The message line says why a result is refused.
+  /// Registers the scan by the picked points. If the result is refused, the message line states the reason.
   void register_points();
   /// Replaces the crowns and shows the scan page.
   void take();
-  /// Redraws after a change, before the page is drawn.
+  /// Redraws changed surfaces. Call before the page is drawn.
   void follow();
-  /// GPU memory of the pictures; the next follow() creates them again.
+  /// Frees the GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// Memory of both surfaces.
+  /// Frees the memory of both surfaces.
   void close();
 
  private:

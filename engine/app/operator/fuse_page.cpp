@@ -1,4 +1,5 @@
-// An intraoral scan is aligned with a CBCT: pick the same points in both, check the registration, replace the crowns.
+// The page that aligns an intraoral scan with a CBCT: the user picks the same points in both, checks the registration
+// and replaces the crowns.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,11 +17,11 @@ using namespace widgets;
 namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
-constexpr double kZoom = 1.15;  // per wheel step
-// pixels of motion, above which a drag turns the surface; below, it picks a point
+constexpr double kZoom = 1.15;  // factor per wheel step
+// Mouse motion in pixels. A longer one turns the surface, a shorter one picks a point.
 constexpr float kClick = 4;
 
-/// Click picks, drag turns, wheel zooms.
+/// A click picks a point, a drag turns the surface, the wheel zooms.
 void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
   const ImGuiIO& io = ImGui::GetIO();
   SurfacePicture& view = form.fusion->view(side);
@@ -87,7 +88,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
     row(s.text("op.fuse_median"), mm(found->fine.median));
     row(s.text("op.fuse_most"), mm(found->fine.most_of));
-    // m, larger uncertainties are a warning
+    // A larger uncertainty is shown as a warning, m.
     constexpr double kFair = 0.1e-3;
     row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
         found->fine.predicted_error < kFair ? &kGood : &kWarn);

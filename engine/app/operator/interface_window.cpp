@@ -19,10 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s of drawing every frame after input: hover effects, cursor
+// After input, every frame is drawn for this time, because of hover effects and the text cursor, s.
 constexpr double kSettle = 0.25;
 
-/// Debian, Fedora and Arch keep fonts in different folders.
+/// The first file that exists: Debian, Fedora and Arch keep fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -45,7 +45,7 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// Dark and neutral, so the picture stands out; one accent colour for what can be used.
+/// Sets a dark, neutral theme, so that the picture stands out. One accent colour marks what can be used.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -206,7 +206,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Latin, Greek (µ), punctuation, arrows and mathematics; for Chinese, the catalogue's characters.
+  // Characters of the fonts: Latin, Greek (µ), punctuation, arrows and mathematics; for Chinese, the characters of the
+  // text catalogue.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -306,7 +307,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 reads keys once per frame and would miss a short press: one event per key and frame.
+  // ImGui 1.86 reads keys once per frame and would miss a short press, so each key has at most one event per frame.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -345,7 +346,7 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // A new picture may get a destroyed one's handle, so the number also counts uploads.
+  // A new picture may get the handle of a destroyed one, so the number also contains the count of uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

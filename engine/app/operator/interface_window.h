@@ -1,4 +1,5 @@
-// A desktop window of Dear ImGui: device, output, fonts, theme, input. The caller draws the content. Main thread only.
+// A desktop window with Dear ImGui: GPU device, output, fonts, theme, input. The caller draws the content. Main thread
+// only.
 #pragma once
 
 #include <memory>
@@ -17,7 +18,7 @@ struct ImFont;
 
 namespace typodont {
 
-/// For this screen's scale.
+/// Sizes and fonts for the scale of this screen.
 struct InterfaceStyle {
   float unit = 16;  // pixels, height of normal text, the unit of all sizes
   ImFont* plain = nullptr;
@@ -33,36 +34,36 @@ class InterfaceWindow {
     bool validation = false;
     display::UrgentKeys urgent{};
   };
-  /// Throws Error without desktop, or a Vulkan device that can draw to it.
+  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can draw to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;
   InterfaceWindow& operator=(const InterfaceWindow&) = delete;
 
-  /// False, and no change, without a font for it.
+  /// Sets the language. False: there is no font for it, and nothing changes.
   bool set_language(session::Language language);
-  /// Characters for the next frames. Between frames only.
+  /// States characters of the next frames. Call between frames only.
   void announce_text(const std::string& text);
 
-  /// Mouse and keyboard. True: draw a frame, because of input or after `most_seconds`.
+  /// Reads mouse and keyboard. True: a frame must be drawn, because of input or because `most_seconds` have passed.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// ImGui's functions go between begin() and end(). `emergency_stop`: Esc and Space act as such in this frame.
+  /// Call ImGui's functions between begin() and end(). `emergency_stop`: in this frame, Esc and Space stop the session.
   void begin(bool emergency_stop);
   void end();
 
-  /// For ImGui::Image in this frame. `shows` changes with the content.
+  /// Makes a picture available to ImGui::Image in this frame. `shows`: a number that changes with the content.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
-  /// For several frames. The caller destroys it after wait_idle().
+  /// Uploads a picture. The caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
-  /// New device and window after a loss. Destroy uploaded pictures first.
+  /// Creates GPU device and window again after the device was lost. Destroy uploaded pictures first.
   void recreate_device();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
-  /// If it differs.
+  /// Sets the title if it differs from the current one.
   void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
@@ -83,12 +84,12 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // from announce_text(), beyond the catalogue
+  std::string more_;  // characters from announce_text() that the text catalogue does not contain
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };
 
-/// A font for the language is there.
+/// True if there is a font for the language.
 bool can_show(session::Language language);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// A long task on its own thread, with progress and result.
+// A long task on its own thread, with its result.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ namespace typodont {
 
 class Job {
  public:
-  /// `work` may throw anything, including Cancelled; see failure().
+  /// Starts the work. It may throw any exception; see failure().
   explicit Job(std::function<void(Progress&)> work)
       : thread_([this, run = std::move(work)] {
           try {
@@ -29,14 +29,14 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// What the work threw; null: nothing. After done().
+  /// The work's exception; null: none. Valid after done().
   std::exception_ptr failure() const { return failure_; }
 
  private:
   Progress progress_;
   std::exception_ptr failure_;
   std::atomic<bool> done_{false};
-  // last, so that it joins before what it uses is destroyed
+  // Declared last, so that the thread is joined before the members that it uses are destroyed.
   std::jthread thread_;
 };
 

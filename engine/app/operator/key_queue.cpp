@@ -7,10 +7,11 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// for ImGui to move the focus or open a list, before fields accept text and lists arrow keys
+// Number of frames that ImGui needs to move the focus or open a list. After them, fields accept text, and lists accept
+// arrow keys.
 constexpr int kFocusFrames = 3;
 
-/// ImGui sends this key to the focused element.
+/// True if ImGui sends this key to the focused element.
 bool acts_on_focus(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }
@@ -40,7 +41,7 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      // The pages repeat keys themselves.
+      // Skips repeated key events, because the pages repeat keys themselves.
       if (down_[code] != key.down) {
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))

@@ -1,5 +1,5 @@
-// A page reads the keys once per frame. On a busy computer several may come between: they are queued in order. Main
-// thread only.
+// Queues keys for the pages, which read them once per frame. On a busy computer, several key presses may arrive between
+// two frames. Main thread only.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// Each key once per frame, with its Ctrl or Shift. After a key that may move the focus, text, arrows, Enter and Esc
-  /// wait for it. An emergency stop goes first.
+  /// Keys for this frame: each key at most once, with its Ctrl or Shift. After a key that may move the focus, text,
+  /// arrows, Enter and Esc wait until it has moved. An emergency stop comes first.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -34,7 +34,7 @@ std::vector<fs::path> json_files(const fs::path& folder) {
   return files;
 }
 
-/// "molar-caries" becomes "Molar caries".
+/// A title from a file name: "molar-caries" becomes "Molar caries".
 std::string title_of(std::string name) {
   std::replace(name.begin(), name.end(), '-', ' ');
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -42,13 +42,13 @@ std::string title_of(std::string name) {
   return name;
 }
 
-/// A scene of assets/curriculum.json.
+/// A scene that assets/curriculum.json lists.
 struct Listed {
-  std::string scene;  // its file's name without ".json"
-  std::string group;  // its heading
+  std::string scene;  // name of its file without ".json"
+  std::string group;  // heading over the scene
 };
 
-/// In the order of the first page. Throws Error.
+/// The listed scenes, in the first page's order. Throws Error.
 std::vector<Listed> curriculum(session::Language language) {
   std::vector<Listed> listed;
   for (const Json& group : Json::load(assets_folder() / "curriculum.json")["groups"].items()) {
@@ -117,7 +117,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    // a pedal has no address, the mouse its own entry
+    // Skips pedals, which have no address, and the mouse, which has its own entry.
     if (d.address.empty() || d.address.starts_with("mouse:")) continue;
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
@@ -137,7 +137,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
         if (rig.kind == display::DisplayKind::kOffscreen) continue;
-        // Each exercise chooses its own window rig (usual_rig()).
+        // Skips shipped rigs for a window, because each exercise chooses its own (usual_rig()).
         if (rig.kind == display::DisplayKind::kWindow && folder == shipped) continue;
         const bool mirror = folder == shipped && file.stem() == "mirror";
         const std::string title = rig.kind == display::DisplayKind::kHmd ? s.text("op.headset")
@@ -145,7 +145,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
                                                                          : title_of(file.stem().string());
         rigs.push_back({file, title, false});
       } catch (const Error&) {
-        continue;  // incomplete, or of another version: not listed
+        continue;  // incomplete files, and those of another version, are not listed
       }
     }
   }
@@ -184,7 +184,7 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  // All sessions of a process share the name, and the program refuses to overwrite a file it has read.
+  // All sessions of a process use the same file name, and the program refuses to overwrite a file that it has read.
   fs::remove(file, code);
   return file;
 }
@@ -213,7 +213,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-    // damaged, or of another version: as in a first run
+    // If the file is damaged or of another version, the state is that of a first run.
   } catch (const Error&) {
   }
   return r;
@@ -228,7 +228,7 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-    // disk full or read-only: not stored, no error at exit
+    // If the disk is full or read-only, nothing is stored. This is no error.
   } catch (const Error&) {
   }
 }

@@ -1,4 +1,4 @@
-// Available exercises, hands and rigs, and the user's folders.
+// Finds available exercises, hands and rigs, and the user's folders.
 #pragma once
 
 #include <filesystem>
@@ -10,39 +10,40 @@
 
 namespace typodont {
 
-/// Shipped ones in the order of assets/curriculum.json, then own ones by name. Unreadable ones carry their error.
-/// Throws Error if that file cannot be read.
+/// Exercises: the shipped ones in the order of assets/curriculum.json, then the user's own by name. Unreadable ones
+/// contain their error. Throws Error if assets/curriculum.json cannot be read.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
-/// Made valid for a file or folder.
+/// A valid file or folder name from a text.
 std::string file_name_of(const std::string& text);
 
-/// Connected devices, the mouse, and an entry for a typed address.
+/// Hands: connected devices, the mouse, and an entry for an address that the user types.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// The operator's window, then rigs for screens and mirrors, shipped and own.
+/// Rigs: the operator's window, then rigs for screens and mirrors, both shipped and the user's own.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
-/// Local: "2026-11-21_12-30-05".
+/// Local date and time, for example "2026-11-21_12-30-05".
 std::string date_and_time();
-/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5; creates the folder.
+/// Path of a new recording: ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5. Creates the folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Of the trainee "expert", beside the given one; reports compare with it.
+/// Folder of the trainee "expert", beside `trainee_folder`. Reports compare sessions with those in it.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
-/// Deleted at the end unless kept; also deletes those of killed programs. Empty if the disk is full.
+/// A file for a recording that is deleted at the end unless the user keeps it. Also deletes such files of killed
+/// programs. Empty if the disk is full.
 std::filesystem::path temporary_recording_file();
 
-/// The last selection. Errors of reading and writing are ignored.
+/// The user's last selection. Read and write errors are ignored.
 struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
-  int monitor = -1;   // of full screen; −1: none
-  std::string model;  // selected model; empty: the exercise's
+  int monitor = -1;   // number of the monitor for full screen; −1: none
+  std::string model;  // selected contact model; empty: that of the exercise
 };
 Remembered remembered();
-/// --language, otherwise the last run's, otherwise the desktop's. Throws Error if unknown.
+/// Language: from --language, otherwise from the last run, otherwise from the desktop. Throws Error if it is unknown.
 session::Language user_language(const std::string& wanted);
 void remember(const Remembered& r);
 

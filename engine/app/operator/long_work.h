@@ -1,4 +1,4 @@
-// One long task at a time; its end triggers an action in the window's thread. Main thread only.
+// Runs one long task at a time. When it ends, an action runs in the window's thread. Main thread only.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,13 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// When `work` has succeeded, look() runs `then`. Cancels an earlier task.
+  /// Starts `work`, and cancels an earlier task. After it has succeeded, look() calls `then`.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();
-  /// Cancels and waits.
+  /// Cancels the task and waits for its end.
   void drop();
-  /// Updates the progress. True: ended since the last call.
+  /// Updates the progress. True: the task has just ended.
   bool look();
 
  private:

@@ -43,14 +43,14 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
-// ns, between looks for what the desktop does not report
+// Interval of checks for changes the desktop does not report, ns.
 constexpr Nanos kIdleWait = 25'000'000;
-// ns; input sooner than this is followed by a pause
+// If input arrives sooner than this after the last, the loop pauses, ns.
 constexpr Nanos kBriefWait = 4'000'000;
-constexpr double kSessionFrame = 0.05;  // s, of this window during a session
+constexpr double kSessionFrame = 0.05;  // s, interval between this window's frames during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
-/// Draws the pages, and executes their requests between frames.
+/// Draws the pages, and executes their requests between two frames.
 class Operator {
  public:
   void run() {
@@ -71,7 +71,7 @@ class Operator {
   }
 
  private:
-  /// At the end, also after an error: ends the session, stores an author's work.
+  /// At the end, also after an error: ends the session and stores an author's work.
   void leave() noexcept {
     try {
       work_.drop();
@@ -83,7 +83,7 @@ class Operator {
     }
   }
 
-  /// One pass: input, and a frame if something changed.
+  /// One pass of the loop: reads input, and draws a frame if something has changed.
   void turn() {
     const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
     const bool due = window_.poll(moving() || s_.busy ? kSessionFrame : kIdleFrame);
@@ -107,19 +107,19 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      // A mouse can send a thousand events per second.
+      // A mouse can send a thousand events per second, so the loop pauses.
       if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
 
-  /// While idle: the selected scene's picture, missing scores, devices.
+  /// While the window is idle: loads the selected scene's picture, computes missing scores, searches for devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();
     return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
   }
 
-  /// Opens requested files; reports failures.
+  /// Opens requested files, and reports failures of started programs.
   bool look_at_started() {
     for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
     const auto failed = started_.look();
@@ -128,7 +128,8 @@ class Operator {
     return true;
   }
 
-  /// On a new device, while the session goes on. Lost again within kReviveInterval: the GPU is broken.
+  /// Creates the GPU device again while the session continues. If it is lost again within kReviveInterval, the GPU is
+  /// assumed to be broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
@@ -145,7 +146,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Page, and the trainee of the session.
+  /// Window title: page, and trainee during a session.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -244,7 +245,7 @@ class Operator {
     }
   }
 
-  /// It would discard an author's unsaved work.
+  /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
@@ -256,7 +257,7 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// The waiting request is executed or dropped.
+  /// Executes or discards the waiting request after the user's answer.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});
@@ -272,7 +273,7 @@ class Operator {
     if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
-  /// Requests outside a running session.
+  /// Executes requests that do not concern a running session.
   void carry_out(const Request& r) {
     switch (r.ask) {
       case Ask::kStart:
@@ -329,9 +330,9 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // e.g. a report on this recording
+        work_.drop();  // cancels tasks that may use this recording, e.g. a report
         fs::remove(s_.outcome.report);
-        // Its path is kept for another try.
+        // The path of the recording is kept, so that the user can try again.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
@@ -419,11 +420,11 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // SessionDesk handles the others
+        break;  // SessionDesk executes all other requests
     }
   }
 
-  /// `from`: session or preparation to continue; empty: the selected scene.
+  /// Starts a session. `from`: session or preparation to continue; empty: the selected scene.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -439,11 +440,11 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // back here if it cannot begin
+    s_.page = before;  // return to this page if the session cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
-    // A continued preparation keeps its model.
+    // A continued preparation keeps its contact model.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // The author's brush changes the distance field, so contact and picture must use it.
+    // The author's brush changes the distance field, so contact and picture must use the field.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
@@ -456,7 +457,7 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// A recording contains its scene; a preparation names it in its file name.
+  /// The scene of a session or preparation: a recording contains it; the file name of a preparation states it.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -465,7 +466,7 @@ class Operator {
                 "the exercise in which it was made");
   }
 
-  /// True: the trainee's picture changed.
+  /// Runs one session step. True: the trainee's picture changed.
   bool step_session() {
     const SessionDesk::Turn turn = desk_.step();
     if (turn == SessionDesk::Turn::kOver) {
@@ -510,7 +511,7 @@ class Operator {
         });
   }
 
-  // On every page. Each session begins without an emergency stop.
+  // The emergency keys work on every page. Each session begins without an emergency stop.
   InterfaceWindow window_{InterfaceWindow::Options{
       .urgent = {{' ', display::keys::kEscape, 'H'}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;
@@ -520,7 +521,7 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  // after what the work uses, so that it ends first
+  // Declared last: it ends before everything it uses is destroyed.
   BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
@@ -534,7 +535,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-    // with the window open, it is a failure of the run
+    // After the window was opened, an error is a failure of the run.
   } catch (const Error& e) {
     throw RunFailure(e.what());
   }

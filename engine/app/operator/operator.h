@@ -1,9 +1,9 @@
-// The window of `typodont` without arguments: select, run sessions, read results. Main thread only.
+// The window that `typodont` opens without arguments: select an exercise, run sessions, read results. Main thread only.
 #pragma once
 
 namespace typodont {
 
-/// Until it is closed. Throws Error without a desktop, RunFailure if it cannot continue.
+/// Runs the window until it is closed. Throws Error if there is no desktop, RunFailure if it cannot continue.
 void run_operator();
 
 }  // namespace typodont

@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // pixels, of a section's picture
+constexpr int kPixels = 384;  // pixels, side of a section's picture
 }
 
 void PlanDesk::open(BackgroundTask& work, int bone_class) {
@@ -67,7 +67,7 @@ void PlanDesk::follow() {
   form.plan.bed_diameter = procedure.bed_diameter;
   form.findings = planner_->findings(form.plan);
   destroy();
-  // The planes through the implant rest while it is dragged: only the implant moves in the picture.
+  // While the implant is dragged, the section planes do not move: only the implant moves in the picture.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
   for (const SectionPlane& plane : form.planes)
     images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPixels)));

@@ -1,4 +1,4 @@
-// Planning an implant: jaw, evaluation, sections. Main thread only.
+// Runs the planning of an implant: loads the jaw, evaluates the plan, draws the sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -19,16 +19,16 @@ class PlanDesk {
   PlanDesk(const PlanDesk&) = delete;
   PlanDesk& operator=(const PlanDesk&) = delete;
 
-  /// Shows the page, loads the selected scene's jaw in the background. `bone_class`: of kBoneClasses, from 1; 0: the
-  /// scene's bone.
+  /// Shows the page, and loads the jaw of the selected scene in the background. `bone_class`: index in kBoneClasses,
+  /// from 1; 0: the bone of the scene.
   void open(BackgroundTask& work, int bone_class = 0);
-  /// Evaluates and draws after a change, before the page is drawn.
+  /// Evaluates and draws the plan after a change. Call before the page is drawn.
   void follow();
-  /// GPU memory of the pictures; the next follow() creates them again.
+  /// Frees the GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// The jaw's memory.
+  /// Frees the memory of the jaw.
   void close();
-  /// Jaw and scene; null until loaded.
+  /// Jaw and scene; null until they are loaded.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }
 
  private:

@@ -1,4 +1,4 @@
-// Moving and tilting an implant in three sections, findings, saving.
+// The page on which the user moves and tilts an implant in three sections, reads the findings and saves the plan.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,20 +15,20 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kWheel = 0.25e-3;       // m along the axis per wheel step
+constexpr double kWheel = 0.25e-3;       // m, motion along the axis per wheel step
 constexpr double kLargestTilt = 60;      // degrees, that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
-// section across the axis at the implant's upper end
+// Index of the section across the axis, at the upper end.
 constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
-/// Of the picture's width and height, from the top left.
+/// Position in the picture as a fraction of its width and height, from the top left corner.
 glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   const dvec3 from = p_W - plane.center_W;
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Dragging the apex tilts, dragging elsewhere moves; the wheel moves along the axis.
+/// Dragging the apex tilts the implant, dragging elsewhere moves it; the wheel moves it along its axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {
@@ -69,7 +69,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
                  [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
-/// Three coordinates, mm.
+/// Number fields for three coordinates, mm.
 bool edit_point(const char* id, dvec3& p_W) {
   std::array<double, 3> mm{p_W.x / kMillimetre, p_W.y / kMillimetre, p_W.z / kMillimetre};
   ImGui::SetNextItemWidth(-1);
@@ -80,7 +80,7 @@ bool edit_point(const char* id, dvec3& p_W) {
   return true;
 }
 
-/// Degrees towards x and y; 0: straight down.
+/// Number fields for the tilt towards x and towards y, degrees; 0: straight down.
 bool edit_axis(dvec3& axis_W) {
   std::array<double, 2> tilt{std::atan2(axis_W.x, -axis_W.z) / kDegree, std::atan2(axis_W.y, -axis_W.z) / kDegree};
   ImGui::SetNextItemWidth(-1);
@@ -119,7 +119,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       }
     ImGui::EndCombo();
   }
-  // Another bone: the jaw is loaded again, and the scene's plan returns.
+  // If another bone is selected, the jaw is loaded again, with the plan of the scene.
   if (form.bone_class > 0) {
     const auto title = [&](int i) {
       return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);
@@ -162,7 +162,7 @@ void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
   const float height = body.y, side = std::max(0.3f * body.x, 20 * u);
   begin_column("sections", {body.x - side - gap.x, height});
   if (s.plan.ready) {
-    // Three squares: two large ones above a smaller one.
+    // Arranges three squares: two large ones above a smaller one.
     const float captions = 2 * (1.4f * u + gap.y) + gap.y;
     const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
     draw_section(s, w, 0, large);

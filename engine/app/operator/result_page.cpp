@@ -1,4 +1,4 @@
-// After a session: score with explanations, report, restart.
+// The page after a session: score with explanations, report, restart.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       if (item.full > 0) {
         ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
-        // ✗ also for colour-blind users.
+        // Marks a missed item with ✗, because colour-blind users may not see the colour.
         const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
         ImGui::TextUnformatted(
             fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
@@ -65,7 +65,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Whether it counts, target, tolerance, weight.
+/// Fields of a rule: whether it counts, target, tolerance, weight.
 void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::TableNextRow();
   ImGui::PushID(rule.name.c_str());
@@ -96,7 +96,7 @@ void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::PopID();
 }
 
-/// Saves the work as an exercise.
+/// The form that saves the work as an exercise.
 void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   ExerciseForm& f = s.exercise;
@@ -144,7 +144,7 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Fitted to the panel.
+/// Draws the result's picture, scaled to fit the panel.
 void draw_result_picture(OperatorState& s, InterfaceWindow& w) {
   if (!s.result_picture) return;
   const ImVec2 room = ImGui::GetContentRegionAvail();
@@ -172,7 +172,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const session::Score& score = s.outcome.score;
   if (scored) {
     ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    // Down, or 69.6 would read 70 and miss a pass mark of 70.
+    // Rounds the points down: 69.6 rounded to 70 would seem to reach a pass mark of 70.
     ImGui::TextUnformatted(
         s.words("points_of", s.number(std::floor(score.points * 10) / 10, 1), s.number(score.full, 0)).c_str());
     ImGui::PopStyleColor();
@@ -190,7 +190,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
-  // Lost so far, without undone strokes.
+  // Volume removed up to now, without undone strokes.
   for (const double v : s.status.tissue.removed) removed += v;
   row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));
@@ -314,7 +314,7 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
                                      std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
-    // Keys of all pages, of lists, of sessions.
+    // Lists all keys of pages, lists and sessions.
     std::vector<std::pair<std::string, const char*>> left, right;
     for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
     for (const auto& [name, help] : kWorking) right.emplace_back(name, help);

@@ -1,4 +1,4 @@
-// The final surface from a fixed direction. Main thread only, except picture_of_result().
+// A picture of the final surface from a fixed direction. Main thread only, except picture_of_result().
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// By software, on the window's background; with an ideal, the difference to it. Empty if the surface is unknown. Any
-/// thread.
+/// Draws the picture on the CPU, on the window's background. With an ideal, it shows the difference from it. Empty if
+/// the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -20,9 +20,9 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// Uploads a new picture, before the page is drawn.
+  /// Uploads a new picture. Call before the page is drawn.
   void follow();
-  /// GPU memory; the next follow() uploads again.
+  /// Frees GPU memory; the next follow() uploads the picture again.
   void destroy();
 
  private:

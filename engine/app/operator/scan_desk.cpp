@@ -14,7 +14,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // pixels, of a section's picture
+constexpr int kPixels = 384;  // pixels, side of a section's picture
 }
 
 void ScanDesk::open() {
@@ -80,7 +80,7 @@ void ScanDesk::begin_full(const LabelRequest& request) {
         options.progress = [&](double done) { progress.at(done); };
         try {
           result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // the review then knows that they will not come
+        } catch (const Cancelled&) {  // tells the review that these labels will not come
         } catch (const Error& e) {
           result->failure = e.what();
         }

@@ -1,4 +1,4 @@
-// A scan before its import: reads it, computes requested labels, draws sections. Main thread only.
+// Shows a scan before its import: reads it, computes requested labels, draws sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -21,19 +21,19 @@ class ScanDesk {
   ScanDesk(const ScanDesk&) = delete;
   ScanDesk& operator=(const ScanDesk&) = delete;
 
-  /// Shows the page, reads OperatorState::import in the background. If unreadable: back to the import page, with the
-  /// reason.
+  /// Shows the page, and reads the scan of OperatorState::import in the background. If it can't be read, returns to the
+  /// import page with the reason.
   void open();
-  /// Takes finished labels and starts requested ones: coarse ones silently, full ones with a progress bar. True:
-  /// something visible changed.
+  /// Takes finished labels, and starts the computation of requested ones: coarse labels silently, full ones with a
+  /// progress bar. True: something visible has changed.
   bool look();
-  /// Redraws after a change, before the page is drawn.
+  /// Redraws changed sections. Call before the page is drawn.
   void follow();
-  /// An exercise from the region with the corrections; selects it.
+  /// Makes an exercise from the region with the user's corrections, and selects it.
   void import(Choices& choices);
-  /// GPU memory of the pictures; the next follow() creates them again.
+  /// Frees the GPU memory of the pictures; the next follow() creates them again.
   void destroy();
-  /// The scan's memory.
+  /// Frees the memory of the scan.
   void close();
 
  private:
@@ -50,7 +50,7 @@ class ScanDesk {
   };
   std::shared_ptr<Computed> coarse_;
   std::optional<LabelRequest> full_;  // labels at full size that work_ computes
-  std::unique_ptr<Job> job_;          // computes coarse tissue labels (the request `coarse_`)
+  std::unique_ptr<Job> job_;          // computes the coarse tissue labels that `coarse_` requests
   std::vector<gpu::Image> images_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn
 };

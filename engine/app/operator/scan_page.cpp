@@ -1,4 +1,4 @@
-// A scan before its import: three sections with region and labels, correcting tools, import.
+// The page that shows a scan before its import: three sections with region and labels, tools for corrections, import.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kZoom = 1.15;  // of the width, per wheel step
-// in text heights, within which an edge can be dragged
+constexpr double kZoom = 1.15;  // factor on the width per wheel step
+// Distance from an edge within which it can be dragged, in text heights.
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
@@ -27,7 +27,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Of labels that a tool makes.
+/// Colour of the labels that a tool makes.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:
@@ -56,12 +56,12 @@ struct View {
     return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
             at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
   }
-  // m
+  // Length of this many pixels in the section, m.
   double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };
 
-/// Along the mouse's way.
+/// Paints along the path of the mouse.
 void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   haptics::LabelStroke stroke;
   stroke.kind = static_cast<haptics::LabelKind>(form.kind);
@@ -71,7 +71,8 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   form.review->correct(stroke, joins);
 }
 
-/// Left: drags an edge or the crosshair, or uses the tool. Right: crosshair. Wheel: slices; with Ctrl: width.
+/// Left button: drags an edge or the crosshair, or uses the tool. Right button: moves the crosshair. Wheel: changes the
+/// slice; with Ctrl: the width.
 void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
@@ -130,7 +131,7 @@ void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered)
   draw->PushClipRect(view.at, end, true);
   draw->AddRect(view.screen(review.region().lo), view.screen(review.region().hi), ImGui::GetColorU32(kGood), 0, 0, 2);
   const ImVec2 cross = view.screen(review.crosshair());
-  constexpr float kGap = 6;  // pixels, gap in the crosshair, so that the point itself stays visible
+  constexpr float kGap = 6;  // pixels, gap in the crosshair that keeps the point visible
   const ImU32 line = ImGui::GetColorU32({kWarn.x, kWarn.y, kWarn.z, 0.6f});
   draw->AddLine({view.at.x, cross.y}, {cross.x - kGap, cross.y}, line);
   draw->AddLine({cross.x + kGap, cross.y}, {end.x, cross.y}, line);
@@ -250,8 +251,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   begin_panel("scan", s.text("op.scan"), size, w);
-  // The preset "arch" is for an intraoral scan. It is not offered here, because an intraoral scan is a mesh and has a
-  // form of its own.
+  // The preset "arch" is missing, because it is for an intraoral scan, which is a mesh with a form of its own.
   constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};

@@ -12,14 +12,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".png";
-// bytes, more than a hundred pictures
+// Maximum picture cache size, bytes: over a hundred pictures.
 constexpr std::uintmax_t kMostKept = 64 << 20;
 
 fs::path folder() {
   return cache::folder("pictures");
 }
 
-/// Changes with the scene's file or the program.
+/// Key of a cached picture. It changes with the scene's file and with the program.
 std::uint64_t key_of(const fs::path& scene) {
   Sha256 key;
   cache::add_build(key);
@@ -27,7 +27,7 @@ std::uint64_t key_of(const fs::path& scene) {
   return key.key();
 }
 
-/// Empty if there is none.
+/// The picture's file; empty: none.
 fs::path picture_of(const fs::path& scene) {
   std::error_code code;
   const fs::path own = fs::path(scene).replace_extension(kSuffix);
@@ -87,7 +87,7 @@ void ScenePictures::begin(const fs::path& scene) {
   drawn_ = scene;
   job_ = std::make_unique<Job>([scene](Progress& progress) {
     const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMostKept, [&](const fs::path& file) {
-      struct Drawn {  // removes the folder, also after an exception
+      struct Drawn {  // removes the folder, even after an exception
         fs::path folder;
         ~Drawn() {
           std::error_code ignored;

@@ -1,4 +1,4 @@
-// Only the selected exercise's picture is shown, so only that one is loaded or drawn. Main thread only.
+// The picture of the selected exercise. Only this one is shown, so only this one is loaded or drawn. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -18,13 +18,14 @@ class ScenePictures {
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// For a new list of scenes.
+  /// Forgets all pictures; for a new list of scenes.
   void forget();
-  /// The GPU must not be using them.
+  /// Destroys the pictures. The GPU must not be using them.
   void destroy();
-  /// NAME.png beside the scene, or from the cache, or drawn in the background. True: loaded.
+  /// Loads the picture: NAME.png beside the scene, or from the cache; otherwise draws it in the background. True: it
+  /// was loaded.
   bool look();
-  /// Cancels the drawing.
+  /// Cancels the drawing of a picture.
   void drop();
 
  private:
@@ -34,7 +35,7 @@ class ScenePictures {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path drawn_;             // the scene whose picture is drawn at present
+  std::filesystem::path drawn_;             // the scene whose picture is being drawn
   std::filesystem::path sought_;            // the scene whose picture was sought last
   std::set<std::filesystem::path> failed_;  // scenes whose picture could not be drawn
 };

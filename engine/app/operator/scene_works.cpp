@@ -47,7 +47,7 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   return made;
 }
 
-/// Of joined_files(); a text that is no list of meshes is one file.
+/// Inverse of joined_files(). A text that is no list of meshes is the name of a single file.
 std::vector<fs::path> files_of(const std::string& text) {
   std::vector<fs::path> files;
   std::istringstream in(text);
@@ -56,7 +56,7 @@ std::vector<fs::path> files_of(const std::string& text) {
   return {text};
 }
 
-/// Afterwards the new scene is in the list, selected and announced.
+/// Starts a task that makes a scene. Afterwards the scene is in the list and selected, and a message tells the user.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
@@ -65,7 +65,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
         try {
           *file = make(progress);
         } catch (const RuleRefused& refused) {
-          // with the title that the page shows
+          // The message uses the rule's title on the page.
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -85,7 +85,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 
 NewTooth tooth_of(const ImportForm& form) {
   NewTooth tooth;
-  constexpr double kMouthOpen = 30e-3;  // m, of the mouth for several meshes
+  constexpr double kMouthOpen = 30e-3;  // m, opening of the mouth for several meshes
   const std::vector<fs::path> files = files_of(form.file.data());
   tooth.input = files[0];
   tooth.more.assign(files.begin() + 1, files.end());
@@ -105,7 +105,7 @@ NewTooth tooth_of(const ImportForm& form) {
 void propose_name(OperatorState& s) {
   ImportForm& form = s.import;
   const fs::path file = files_of(form.file.data())[0];
-  // Names of DICOM files often contain patients' names.
+  // The name of a DICOM file is not used, because it often contains a patient's name.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
   name.resize(std::min(name.size(), form.name.size() - 1));
@@ -164,7 +164,7 @@ void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {
             return import_tooth(tooth, progress);
           } catch (const Error& e) {
             if (tooth.as_scanned || !haptics::is_mesh_file(tooth.input)) throw;
-            // not closed, as scans often are: with a hint
+            // The mesh is not closed, as is common for scans: adds a hint to the message.
             throw Error(fmt::format("{}. {}", e.what(), hint));
           }
         });
@@ -199,7 +199,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // Without mesh and rules of the form: an invalid entry must not prevent saving.
+  // Without the mesh and the rules of the form, because an invalid entry must not prevent saving.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

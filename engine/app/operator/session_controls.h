@@ -1,4 +1,4 @@
-// Below the picture of a session: recording, undo, content of the picture.
+// The controls below the picture of a session: recording, undo, what the picture shows.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace typodont {
 
-/// Buttons in a row that may wrap.
+/// Buttons in a row, which may wrap.
 class Flow {
  public:
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // a label, no button
+    bool lead = false;  // true: a label, not a button
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
@@ -27,14 +27,14 @@ class Flow {
   std::vector<Item> items_;
 };
 
-/// For one frame.
+/// The controls of one frame.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);
 
   float height() const;
   void draw();
-  /// There is a picture, so the controls have an effect.
+  /// True if there is a picture, so that the controls have an effect.
   bool possible() const;
 
  private:
@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // shown or hidden, if `flag` is null
+    Tissue tissue = Tissue::kAir;  // tissue to show or hide; used if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

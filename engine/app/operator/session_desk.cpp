@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr Nanos kScoreInterval = 500'000'000;
 constexpr Nanos kCurveInterval = 25'000'000;
-// ns, the session is at rest if no picture changed for this time. It is longer than the time between two frames.
+// The session is at rest if no picture has changed for this time, ns; longer than the time between two frames.
 constexpr Nanos kRest = 100'000'000;
 
 }  // namespace
@@ -51,7 +51,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.monitor = rig.embedded ? -1 : s_.monitor;
   brush_down_ = false;
   scene_ = scene;
-  // Every session is recorded from its beginning. So the user can decide at the end to keep the recording.
+  // Every session is recorded from its beginning, so that the user can decide at the end to keep the recording.
   s_.keep = s_.record && !s_.author;
   recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
   written_ = s_.keep || s_.author ? recording_ : temporary_recording_file();
@@ -107,8 +107,8 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  // This step has already used the motion of the mouse wheel. If no page is drawn before the next step, the next step
-  // would use the same motion again. So the motion is set to zero.
+  // This step has used the motion of the mouse wheel. It is set to zero, because the next step may come before the next
+  // page is drawn.
   s_.live_input.wheel = 0;
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;
@@ -242,10 +242,10 @@ void SessionDesk::show_own_view(bool own) {
   ++s_.look_changes;
 }
 
-/// Paints with the tool's head. The stroke begins with a ball, and continues with the volume through which the head
+/// Paints with the tool's head. A stroke begins with a ball, and continues with the volume through which the head
 /// moves.
 void SessionDesk::paint() {
-  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // a broken device may give a pose that is not finite
+  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // a broken device may give a non-finite pose
     brush_down_ = false;
     return;
   }
@@ -279,7 +279,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   };
   try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // the GPU may still be drawing the picture
-  if (s_.author) {      // also after a failure, the tissue is complete
+  if (s_.author) {      // the tissue is complete even after a failure
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;
@@ -312,7 +312,7 @@ void SessionDesk::keep_recording() {
   }
   if (written_ != recording_) {
     fs::rename(written_, recording_, code);
-    // copies the file if it cannot be renamed because the trainee's folder is on another disk
+    // The trainee's folder is on another disk, so the file cannot be renamed and is copied.
     if (code) fs::copy_file(written_, recording_, code);
   }
   s_.outcome.recording = code ? written_ : recording_;

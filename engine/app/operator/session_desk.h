@@ -1,4 +1,4 @@
-// The session in the operator's window, from start to stored results. Main thread only.
+// Runs a session in the operator's window, from the start to the stored results. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,15 @@
 
 namespace typodont {
 
-/// Of authoring mode: what an exercise can be made from.
+/// Result of authoring mode, usable for an exercise.
 struct Authored {
   Scene scene;  // the scene that the author edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // painted or drilled, and not yet saved
+  bool unsaved = false;  // true: painted or drilled since it was last saved
 };
 
-/// A finished session without recording, to be scored.
+/// A finished session without a recording, still to be scored.
 struct Unscored {
   Scene scene;
   haptics::TissueVolume tissue;
@@ -35,26 +35,27 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Throws; then no session runs.
+  /// Starts a session. If it throws, no session runs.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// kChanged: the trainee's picture, or the next second. kOver: must be ended.
+  /// Runs one step. kChanged: the trainee's picture has changed, or a second has passed. kOver: the session must be
+  /// ended.
   Turn step();
-  /// After step(): the page rests, except for the clock.
+  /// After step(): nothing on the page moves except the clock.
   bool at_rest() const { return at_rest_; }
-  /// Moves the recording to its folder. `why`: of an abnormal end. Returns what a score needs without a recording; null
-  /// otherwise, also for authoring and failures.
+  /// Moves the recording to its folder. `why`: reason of an abnormal end. Returns the data that a score needs if there
+  /// is no recording; otherwise null, also after authoring and failures.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// False: not a request to a running session.
+  /// Executes a request. False: it concerns no running session.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
-  /// Of the last session in authoring mode; otherwise null.
+  /// Result of the last session in authoring mode; otherwise null.
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Before the device is destroyed. Until the next one, the session has no picture.
+  /// Removes the picture before the GPU device is destroyed. Until make_picture(), the session has none.
   void drop_picture();
   void make_picture();
 
@@ -75,12 +76,12 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      /// final path, path during the session, and saved tissue
+      /// Final path of the recording, its path during the session, and path of the saved tissue.
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
-  Nanos picture_time_ = 0;  // time of the last new picture
+  Nanos picture_time_ = 0;  // ns, time of the last new picture
   bool at_rest_ = false;
-  Pose rests_at_;  // where the tool last moved visibly
+  Pose rests_at_;  // pose of the tool at its last visible motion
 };
 
 }  // namespace typodont

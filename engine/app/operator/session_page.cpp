@@ -21,7 +21,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// Shows the present phase of an implant exercise: its problems, the depth of the tool, and the bone temperature.
+/// Shows the current phase of an implant exercise: its problems, the depth of the tool, and the bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -33,7 +33,7 @@ void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::PopStyleColor();
 }
 
-/// Returns true if the page must explain the mouse. The steps of an exercise explain it, but a scan has no steps.
+/// True if the page must explain the mouse. The steps of an exercise explain it, but a scan has no steps.
 bool explains_mouse(const OperatorState& s) {
   return s.steps.count() == 0 && s.device.address == "mouse:";
 }
@@ -92,12 +92,11 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // "…" after the score means that the latest cuts are not yet evaluated
+    // "…" after the score: latest cuts not yet evaluated.
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // If the completed fraction of the task is smaller than this, the items of the score have no colours for good and
-    // bad.
+    // Below this completed fraction of the task, the items of the score have no colours for good and bad.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -167,16 +166,15 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   // Mouse buttons and Shift count as released, unless the code below finds that the user uses them over the picture.
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift = false;
   s.live_input.wheel = 0;
-  // A picture that this window draws fills the available area. A picture that another window draws keeps its aspect
-  // ratio.
+  // A picture that this window draws fills the available area. One that another window draws keeps its aspect ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // If the user sees the screen in a mirror, the picture on the screen is a mirror image. This matrix mirrors the
-    // picture again, so that the instructor sees it upright.
+    // If the user sees the screen in a mirror, the picture on the screen is a mirror image. This matrix mirrors it
+    // again, so that the instructor sees it upright.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
     // Converts a corner of the upright picture to texture coordinates.
@@ -191,8 +189,8 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                              corner(-1, -1));
     ImGui::SetCursorPos(at);
     ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
-    // ImGui ignores the mouse after a key for navigation, such as Page up, until the mouse moves. The wheel must still
-    // move the tool then, so the rectangle of the picture decides.
+    // After a navigation key such as Page up, ImGui ignores the mouse until it moves. The wheel must still move the
+    // tool, so the rectangle of the picture decides.
     const bool over = ImGui::IsMouseHoveringRect(ImGui::GetItemRectMin(), ImGui::GetItemRectMax()) &&
                       !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
     s.live_hovered = over || ImGui::IsItemActive();
@@ -216,7 +214,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Writes a line over the picture: the name of the picture, or what the mouse does over it.
+  // Writes a line over the picture: its name, or what the mouse does over it.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -282,8 +280,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws the controls of the instructor's brush. The brush paints at the tool's head while its button or P is pressed.
-/// The hardness applies only to the strokes that follow. Stiffness and colour apply to all tissue of the painted kind.
+/// Draws the controls of the instructor's brush, which paints at the tool's head while its button or P is pressed. The
+/// hardness applies to the next strokes only; stiffness and colour apply to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp,
@@ -337,7 +335,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // Lists the present problems, or writes that there are none.
+  // Lists the current problems, or writes that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

@@ -18,10 +18,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".json";
-// bytes, about ten thousand scores
+// Maximum score cache size, bytes: about ten thousand scores.
 constexpr std::uintmax_t kMostKept = 4 << 20;
 
-/// Changes with the session's file or the program.
+/// Key of a cached score. It changes with the session's file and with the program.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   Sha256 key;
   cache::add_build(key);
@@ -44,7 +44,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // another version's cache is ignored
+  } catch (const Error&) {  // the cached file of another version is ignored
     return std::nullopt;
   }
 }

@@ -1,4 +1,5 @@
-// Scores of the list, cached between runs; missing ones are computed while it is shown. Main thread only.
+// The scores of the sessions in the list. They are cached between runs; missing ones are computed while the list is
+// shown. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -13,9 +14,9 @@
 
 namespace typodont {
 
-/// Empty if file or program have changed.
+/// The cached score; empty if file or program has changed.
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
-/// Any thread.
+/// Stores a score in the cache. Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
 CachedScore known(const session::Score& score);
 
@@ -23,9 +24,9 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// The next missing one in the background, newest first. True: one was finished.
+  /// Computes the next missing score in the background, newest session first. True: a score was finished.
   bool look();
-  /// Cancels.
+  /// Cancels the computation.
   void drop() { job_.reset(); }
 
  private:
@@ -33,8 +34,8 @@ class SessionScores {
 
   OperatorState& s_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path scored_;           // the session whose score is computed at present
-  std::set<std::filesystem::path> tried_;  // already started
+  std::filesystem::path scored_;           // the session whose score is being computed
+  std::set<std::filesystem::path> tried_;  // sessions whose computation was already started
 };
 
 }  // namespace typodont

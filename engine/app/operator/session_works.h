@@ -1,4 +1,4 @@
-// Reports, learning curves, films and surfaces in the background. Main thread only.
+// Makes reports, learning curves, films and surfaces in the background. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -11,20 +11,20 @@
 
 namespace typodont {
 
-/// Recordings and preparations; titles in the window's language.
+/// Lists recordings and saved preparations, titles in the window's language.
 void list_sessions(OperatorState& s);
 
-/// Beside the recording, and into the state's outcome; then `then`.
+/// Writes the report beside the recording, and the result to OperatorState::outcome. Then calls `then`.
 void make_report(OperatorState& s, BackgroundTask& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
-/// Of a session without recording, into the state's outcome.
+/// Scores an unrecorded session. Writes the result to OperatorState::outcome.
 void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Unscored> of);
-/// In the browser; made first if missing.
+/// Shows the report in the browser; makes it if missing.
 void show_report(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// Of all sessions in this one's folder, in the browser.
+/// Makes the learning curve of all sessions in this session's folder, and shows it in the browser.
 void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// In OperatorState::mesh_format.
+/// Exports the final surface in the format OperatorState::mesh_format.
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Shortcuts of several pages. Each key has one meaning, each action one key.
+// Shortcuts that several pages use. Each key has one meaning, and each action has one key.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@ namespace typodont {
 struct Shortcut {
   int code = 0;  // key code of display::keys
   bool control = false;
-  std::string_view name;      // on buttons and in the list of keys
+  std::string_view name;      // key's name, on buttons and in the list of keys
   std::string_view help;      // key of the explanation in the text catalogue
-  std::array<Ask, 2> does{};  // one action for the user
+  std::array<Ask, 2> does{};  // requests that the key makes; to the user, one action
 };
 
 inline constexpr std::array kShortcuts = {
@@ -38,7 +38,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// Does not compile for a request without a shortcut.
+/// The shortcut of a request. A request without a shortcut does not compile.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

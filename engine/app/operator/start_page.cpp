@@ -1,4 +1,4 @@
-// Exercise, hand and picture, then the session.
+// The start page: exercise, hand and picture, then the session.
 #include <fmt/format.h>
 
 #include "engine/app/operator/widgets.h"
@@ -38,7 +38,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // In Chinese only with a font for it.
+  // "中文" is shown only if a font has it.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };
@@ -53,7 +53,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   }
 }
 
-/// Fitted to the width; an empty field of the same size if there is none.
+/// Draws the picture, scaled to the width; without a picture, an empty field of the same size.
 void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width) {
   if (picture >= 0 && picture < static_cast<int>(s.pictures.size())) {
     const gpu::Image& image = s.pictures[static_cast<std::size_t>(picture)];
@@ -115,7 +115,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Hidden unless another than the exercise's own is chosen.
+/// Choice of the contact model. Hidden unless a model other than the exercise's own is chosen.
 void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
   ImGui::Spacing();
   if (s.model >= 0) ImGui::SetNextItemOpen(true);
@@ -127,7 +127,7 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
   };
   const auto about = [&](const std::string& name) {
     const std::string key = fmt::format("op.model.{}", name);
-    // none for models from outside
+    // models from outside the program have no description
     return session::has_text(key) ? s.text(key) : "";
   };
   ImGui::SetNextItemWidth(-1);
@@ -241,7 +241,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::EndChild();
 }
 
-/// Those of no button or field.
+/// Handles keys that belong to no button or field.
 void follow_keys(OperatorState& s) {
   const auto next = [](int chosen, std::size_t count) { return count ? (chosen + 1) % static_cast<int>(count) : 0; };
   if (key('D', true)) s.hand = next(s.hand, s.hands.size());
@@ -256,7 +256,7 @@ void follow_keys(OperatorState& s) {
   }
 }
 
-/// At the very first start.
+/// Introduction at the very first start.
 void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_panel("first_run", nullptr, {0, 4.9f * u}, w);

@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// ns of contact, for "touch"
+// Time of contact that completes "touch", ns.
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-// m of the tool's path, for "move"
+// Length of the tool's path that completes "move", m.
 constexpr double kMoved = 10 * kMillimetre;
-// m between two ticks; more is an input error
+// Longest plausible motion between two ticks, m.
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

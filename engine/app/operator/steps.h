@@ -1,5 +1,5 @@
-// A task's steps in order. A step is completed by a click, or by its action (key "done", for example "touch"). Main
-// thread only.
+// Watches the steps of a task, in order. A click completes a step, or the action that its key "done" states, for
+// example "touch". Main thread only.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -8,11 +8,11 @@
 
 namespace typodont {
 
-/// What Steps needs of a session.
+/// State of the session from which the actions are recognised.
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
-  /// since the start
+  /// Counts since the session's start.
   int undone = 0, redone = 0, views = 0;
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise
@@ -24,15 +24,15 @@ class StepWatcher {
   explicit StepWatcher(const session::Task& task) : task_(task) {}
 
   int count() const { return static_cast<int>(task_.steps.size()); }
-  /// First step that is not done; count() if all are.
+  /// Index of the first step that is not done; count() if all are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// An action completes the current step, not a click.
+  /// True if an action, not a click, completes the step.
   bool waits() const;
 
-  /// True: the actions since the step began complete it.
+  /// Takes the state of the session. True: the actions since the step began complete it.
   bool follow(const StepActions& now);
-  /// After a click; back() reopens the last one.
+  /// next() completes the current step after a click; back() opens the last completed step again.
   void next();
   void back();
 
@@ -41,11 +41,11 @@ class StepWatcher {
 
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the state at the step's start is stored
+  bool begun_ = false;  // true: the session's state at the step's start is stored
   StepActions start_;
-  /// ns: contact in the step, time of the last tick
+  /// ns: contact duration in this step; last tick's time.
   Nanos touched_ = 0, last_t_ = 0;
-  double path_ = 0;  // m, the hand's path in the step
+  double path_ = 0;  // m, length of the hand's path in this step
   dvec3 last_p_{0};
 };
 

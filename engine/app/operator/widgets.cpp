@@ -23,7 +23,7 @@ void end_page() {
 }
 
 namespace {
-// In text heights: message line, and lowest row with the buttons.
+// In text heights: message line; lowest row with the buttons.
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 
@@ -112,7 +112,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  // bytes that fit; and if cut only between words
+  // Number of bytes that fit, and number that fit if the text is cut only between words.
   std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
@@ -122,7 +122,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Long words, and Chinese without spaces, are cut between characters.
+  // A long word, or Chinese text without spaces, is cut between two characters.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
@@ -138,7 +138,7 @@ void one_line(const std::string& text, float room) {
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
-  // Only the name is shortened.
+  // If space is short, only the name is shortened.
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
@@ -189,7 +189,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These pages would end a running task.
+  // These keys open pages that would end a running task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);

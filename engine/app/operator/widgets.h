@@ -1,4 +1,4 @@
-// Elements of all pages. Sizes in text heights.
+// Elements that all pages use. Sizes are in text heights.
 #pragma once
 
 #include <imgui.h>
@@ -17,81 +17,81 @@ namespace typodont::widgets {
 inline const ImVec4 kGood{0.45f, 0.78f, 0.58f, 1}, kWarn{0.93f, 0.74f, 0.36f, 1}, kBad{0.93f, 0.42f, 0.36f, 1};
 inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
 
-/// Covers the whole window.
+/// Begins a page that covers the whole window.
 void begin_page(InterfaceWindow& w);
 void end_page();
 
-/// With a heading. Returns the size of the body.
+/// Begins a page with a heading. Returns its body's size.
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
-/// Message line, or the progress of a long task (Esc cancels), and the button back to the start. `can_leave`: enabled.
-/// `more`: further buttons of the given size.
+/// Ends the page with the message line, or the progress of a long task (Esc cancels), and the button back to the start.
+/// `can_leave`: the button is enabled. `more`: draws further buttons of the given size.
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
                      const std::function<void(ImVec2 size)>& more = {});
 
-/// Without background; ends with ImGui::EndChild().
+/// Begins a column without background. End it with ImGui::EndChild().
 void begin_column(const char* id, ImVec2 size);
-/// `size` as in ImGui::BeginChild.
+/// Begins a panel with a heading. `size` as for ImGui::BeginChild.
 bool begin_panel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
 void end_panel();
 
 void heading(const char* text, InterfaceWindow& w);
 void dim(const std::string& text);
 void dim_wrapped(const std::string& text);
-/// Ellipsis if wider than `room` (pixels); cut between words if possible, never inside a character. `width` measures a
-/// text.
+/// Shortens a text with an ellipsis if it is wider than `room` (pixels). Cuts between words if possible, and never
+/// inside a character. `width` measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// With the present font.
+/// Shortens a text as fitted() above, measured in the current font.
 std::string fitted(const std::string& text, float room);
-/// At most `room` pixels; a tooltip shows a shortened text.
+/// Draws a text in at most `room` pixels; if it is shortened, a tooltip shows all of it.
 void one_line(const std::string& text, float room);
-/// Name at the left, value at the right edge.
+/// Draws a name at the left edge and a value at the right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
-/// A square picture as a button, for the mouse. `name`: key of its title; `picture`: null is empty; `drawn`: times
-/// drawn; `add(at)`: mouse and marks over the picture with its corner at `at`.
+/// Draws a square picture as a button for the mouse. `name`: key of its title; `picture`: null draws an empty square;
+/// `drawn`: number of times that it was drawn. `add(at)` handles the mouse and draws marks; `at`: the picture's corner.
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
                     std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
 
-/// A page's main action. True: pressed.
+/// Button for the main action of a page. True: pressed.
 bool main_button(const char* text, ImVec2 size);
-/// Emergency stop. True: pressed.
+/// Button for the emergency stop. True: pressed.
 bool stop_button(const char* text, ImVec2 size);
-/// Looks pressed while `on`. True: pressed.
+/// Button that looks pressed while `on` is true. True: pressed.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Red below the pass mark. `fraction`: of the full score.
+/// Colour of a score: red below the pass mark. `fraction`: fraction of the full score.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
-/// Button of a request, with its shortcut. `main`: the page's main action.
+/// Button for a request, with its shortcut. `main`: the main action of the page.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
-/// In this frame.
+/// True if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
-/// Of all pages but a running session's.
+/// Handles the shortcuts of all pages except a running session.
 void page_shortcuts(OperatorState& s);
 
-/// In this frame. A focused text field keeps keys for typing and editing.
+/// True if the key was pressed in this frame. A focused text field keeps keys for typing and editing.
 bool key(int code, bool control = false);
 /// How often one of these characters was typed, on any layout; 0 while a field accepts text.
 int typed(std::string_view characters);
 
-/// Ctrl+O opens the list. `endings`: in lower case.
+/// Field for a file name; Ctrl+O opens the list of files. `endings`: file extensions in lower case.
 void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,
                 std::span<const std::string> endings, OperatorState& s, InterfaceWindow& w);
-/// mm per unit of a mesh.
+/// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
-/// A right of the servo loop, such as real-time scheduling, and whether it was granted; as in the report. None before
-/// the first tick.
+/// A right of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report. There
+/// are none before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;
 };
 std::vector<GrantedLine> granted_lines(const OperatorState& s);
 
-/// At the bottom of a page.
+/// Draws the message line at the bottom of a page.
 void message_line(const OperatorState& s);
-/// With a cancel button.
+/// Draws a long task's progress, with a button to cancel it.
 void busy_bar(OperatorState& s, float width);
 
 }  // namespace typodont::widgets

@@ -9,22 +9,22 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field from which chips bounce off; it may be coarse, because the details of a cavity
-// do not matter for bouncing
+// Grid spacing of the distance field from which chips bounce off, m. It may be coarse, because details of a cavity do
+// not matter for bouncing.
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film of water flows. A cavity must be several grid cells wide, so
-// the spacing is smaller than a cavity.
+// Grid spacing of the distance field on which the film of water flows, m. It is smaller than a cavity, which must be
+// several cells wide.
 constexpr double kFilm = 3e-4;
-constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
-// m; the head's cut is applied to the water's distance field each time that the head has moved by this length
+constexpr double kFilmShown = 0.05;  // s, interval of updates of the water film's picture
+// The head's cut is applied to the water's distance field each time that the head has moved this far, m.
 constexpr double kCutSteps = 0.1e-3;
-constexpr double kPressed = 0.05;  // the handpiece sprays while the pedal's position (0..1) is larger than this
+constexpr double kPressed = 0.05;  // the handpiece sprays if the pedal's position (0 to 1) is larger than this
 constexpr float kLeastShown =
-    3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter
-// The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
+    3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this one, but fainter
+// The finest chips are drawn as mist, large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
-// If the CPU moves the chips, the chips of this number of cuts are created together, because many chips would take too
-// long. Each chip then has more mass.
+// Number of cuts whose chips the CPU creates together, because many chips would take too long. Each chip then has more
+// mass.
 constexpr int kLumps = 8;
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
@@ -40,7 +40,7 @@ DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& 
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
     : materials_(materials), plan_(water) {
-  // Copies every n-th sample of the volume to the coarse distance field. The samples of both fields lie at the same
+  // Copies every n-th sample of the volume to the coarse distance field. The samples of both fields are at the same
   // points, so no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
@@ -255,7 +255,7 @@ std::span<const render::Particle> DebrisView::particles() {
 void DebrisView::add_droplets() {
   constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, colour of water in the light of the lamp
   constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
-  constexpr float kThin = 0.5f;  // width of a moving droplet's streak, divided by the droplet's diameter
+  constexpr float kThin = 0.5f;  // width of a moving droplet's streak, as a fraction of its diameter
   droplets_.resize(water_->spray.alive());
   const std::size_t count = water_->spray.write_points(droplets_);
   for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {

@@ -22,7 +22,7 @@
 
 namespace typodont {
 
-/// Returns the parameters of the particles' motion in the form that the GPU needs.
+/// Parameters of the particles' motion, in the GPU's form.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
@@ -31,12 +31,12 @@ struct WaterPlan {
   std::optional<Nozzles> nozzles;
   bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // The plane at which the film of water ends, because below it the tooth is inside the gum. xyz: normal n; w:
-      // offset d. The film exists only at points p_W with n · p_W + d >= 0. Zero: there is no such plane.
+      // Plane at which the film of water ends, because the tooth is inside the gum below it. xyz: normal n; w: offset
+      // d. The film exists only where n · p_W + d >= 0. Zero: no plane.
       0};
 };
 
-/// Returns the settings of a scene's water: nozzles, state of the spray, and plane. `around`: the scene's surroundings.
+/// The settings of a scene's water: nozzles, state of the spray, and plane. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
 /// Mass balance (kg) of chips, droplets and film of water. Masses that only the GPU knows are NaN.
@@ -47,45 +47,44 @@ struct DebrisBalance {
   std::uint64_t events_lost = 0;  // number of the servo's events, at most that many cuts, that made no chips
 };
 
-/// Creates and moves chips and water, and makes their picture. With nozzles, the CPU moves the chips, because chips
-/// become part of the film of water, which the CPU computes. Without nozzles, the GPU moves the chips, or the CPU if
-/// there is only software rendering: its own code is several times faster than compute shaders on the CPU.
+/// Creates, moves and draws chips and water. With nozzles, the CPU moves the chips, because they become part of the
+/// film of water, which the CPU computes. Without nozzles, the GPU moves them; with software rendering the CPU, whose
+/// own code is several times faster than compute shaders.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
   DebrisView(const DebrisView&) = delete;
   DebrisView& operator=(const DebrisView&) = delete;
-  /// Sets the GPU device that draws the particles. Existing particles are lost. Null: there is no device, for example
-  /// because it is about to be destroyed.
+  /// Sets the GPU device that draws the particles. Existing particles are lost. Null: no device, for example because it
+  /// is about to be destroyed.
   void use(gpu::Device* device);
 
   void add(const Cut& cut, const haptics::Tool& tool);
-  /// Replaces a loose piece of tissue by chips at its position.
+  /// Replaces a loose piece of tissue by chips.
   void add(const LoosePiece& piece);
-  /// Removes all chips and all water, and fills the cavities again.
+  /// Removes all chips and water, and fills the cavities again.
   void restart();
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
   /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
-  /// film of water that it touches.
+  /// film that it touches.
   void hold(const ServoTick& tick, const haptics::Tool& tool);
-  /// Switches the water on or off. Has no effect without nozzles.
+  /// Switches the water on or off. No effect without nozzles.
   void spray(bool on) { spraying_ = on && water_; }
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// Returns the picture of the film of water; null without nozzles.
+  /// The picture of the film of water; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
   /// Adds to `work` the counts of computed droplets, cells of the film of water, and texels since the last call.
   void count(WorkCounts& work);
-  /// Returns the particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns
-  /// them.
+  /// The particles on the GPU, for render::Frame. Null if the CPU moves the particles; see particles().
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
-  /// Returns the particles in the renderer's format. The span is valid until the next call.
+  /// The particles in the renderer's format. The span is valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// Creates the chips of the cuts that still wait for it, and returns the mass balance. Call it at the end of the
-  /// session. Masses that only the GPU knows are NaN.
+  /// Creates the chips of the cuts that are still waiting, and returns the mass balance. Call at the session's end.
+  /// Masses that only the GPU knows are NaN.
   DebrisBalance settle();
 
  private:
@@ -96,15 +95,15 @@ class DebrisView {
     debris::Spray spray;
     FilmPicture picture;
     debris::SpraySource source;
-    bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
-    double since_shown = 0;  // s, time since the picture of the film of water was last updated
-    // uncut: pose of the head at its latest cut, empty if the water's distance field already includes this cut. cut_at:
-    // pose of the head at the last cut that this distance field includes.
+    bool bur = false;        // true: the bur is the spray's source, and `source` is valid
+    double since_shown = 0;  // s, time since the last update of the water film's picture
+    // uncut: pose of the head at its latest cut; empty if the water's distance field includes this cut. cut_at: pose of
+    // the head at the last cut that the field includes.
     std::optional<Pose> uncut, cut_at;
-    std::optional<std::uint32_t> tool;  // index of the tool for which `head` and `reach` were computed
+    std::optional<std::uint32_t> tool;  // index of the tool of `head` and `reach`
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // values of the three counters at the last call of count()
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // the three counters' values at the last call of count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();
@@ -116,15 +115,15 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  int batched_ = 0;            // number of cuts in the current batch, whose chips are created together
+  int batched_ = 0;            // number of cuts in the current batch of chips
   PerTissue batch_removed_{};  // m³, volume that the cuts of the current batch removed
   Cut last_;                   // the last cut of the current batch
   double last_radius_ = 0;     // m, radius of the tool that made the last cut of the current batch
   PerTissue given_{};          // kg, mass of chips that were passed to the GPU
-  double given_dropped_ = 0;   // kg, mass of the chips that did not fit into the GPU's buffer
+  double given_dropped_ = 0;   // kg, chips that did not fit into the GPU's buffer
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
-  std::vector<float> uncut_, distance_;  // m, samples of the distance field: at the start, and now
+  std::vector<float> uncut_, distance_;  // m, samples of the distance field: at the start; now
   debris::CoarseField field_;
   WaterPlan plan_;
   std::optional<Water> water_;

@@ -5,7 +5,7 @@
 namespace typodont {
 
 namespace {
-// ratio of tolerances, beyond which the tooth is meshed again
+// If the wanted and the current tolerance differ by more than this factor, the tooth is meshed again.
 constexpr float kStep = 1.3f;
 }  // namespace
 

@@ -1,4 +1,4 @@
-// The mesh's tolerance follows a pixel's size at the tissue: smaller details need no mesh.
+// Adapts the tolerance of the mesh to the size of a pixel at the tissue: smaller details need no mesh.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -6,22 +6,22 @@
 
 namespace typodont {
 
-/// m, in an eye's picture on this rig's screen.
+/// Pixel size of an eye's picture on the screen, m.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// Voxels, for pixels of `pixel` (m); limited, so that shapes stay.
+/// Tolerance of the mesh for pixels of size `pixel` (m), voxels. Limited, so that shapes remain.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// Voxels, from this rig's screen, before the first picture.
+/// Tolerance of the mesh for this rig's screen before the first picture, voxels.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
-/// In steps, so that small motions of the head change nothing. Render thread only.
+/// Changes the tolerance in steps, so that small motions of the head change nothing. Render thread only.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
-  /// `pixel`: render::FrameStats::pixel, m; 0: unknown. True: the tolerance changed.
+  /// Adapts the tolerance. `pixel`: render::FrameStats::pixel, m; 0: unknown. True: the tolerance has changed.
   bool follow(double pixel, const render::Quality& quality);
-  float tolerance() const { return tolerance_; }  // returns the tolerance of the mesh, voxels
+  float tolerance() const { return tolerance_; }  // the tolerance of the mesh, voxels
 
  private:
   float tolerance_;

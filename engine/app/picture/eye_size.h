@@ -1,4 +1,4 @@
-// Another size of an eye's picture than the rig file's.
+// Replaces the rig file's size of an eye's picture.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace typodont {
 
-/// "WIDTHxHEIGHT" of --size, pixels of one eye. Throws Error.
+/// Parses --size: "WIDTHxHEIGHT", pixels of one eye. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// The panel's size follows from `eye` (pixels) and the layout.
+/// Sets the size of one eye's picture (pixels); the size of the panel follows from it and the layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

@@ -9,14 +9,13 @@ namespace typodont {
 
 namespace {
 
-// m, thickness of a layer of water at which its effect on the picture is 63 % (1 − 1/e) of the largest effect; it must
-// equal the value in film.glsl
+// Thickness of water at which its effect on the picture is 63 % (1 − 1/e) of the largest effect, m. Must equal the
+// value in film.glsl.
 constexpr double kWaterDepth = 80e-6;
-// m, thickness of a layer of solid grains that hides 63 % (1 − 1/e) of the surface; computed for grains of 5 to 10 µm,
-// each of which hides an area equal to its cross-section
+// Thickness of solid grains that hides 63 % (1 − 1/e) of the surface, m; for grains of 5 to 10 µm, each of which hides
+// its cross-section.
 constexpr double kSolidsDepth = 4e-6;
-// a texel is drawn again only if one of its values (0 to 255) has changed by at least this; a smaller change is not
-// visible
+// A texel is drawn again if one of its values (0 to 255) has changed by at least this. A smaller change is not visible.
 constexpr int kVisible = 10;
 
 std::uint8_t byte(double fraction) {
@@ -41,8 +40,8 @@ render::FilmTexel texel_of(const debris::FilmCell& cell) {
           .blood = byte(solids > 0 ? blood / solids : 0)};
 }
 
-/// Returns true if two texels of the film of water look different. A difference in the colour of the solids counts in
-/// proportion to the fraction of the surface that the solids cover.
+/// True if two texels of the film look different. A difference in the solids' colour counts in proportion to the
+/// fraction of the surface that they cover.
 bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
   const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
   const int cover = std::max(a.cover, b.cover);
@@ -89,8 +88,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a grid point. A point in a cell of the film gets the values of this cell. Any other point gets
-/// the mean of its neighbours in such cells. Otherwise the interpolated film would fade near the surface.
+/// Writes the texel of a grid point: the values of its cell if the film contains the cell, otherwise the mean of the
+/// neighbours in such cells. Without this mean, the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

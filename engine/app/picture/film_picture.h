@@ -11,7 +11,7 @@ namespace typodont {
 
 class FilmPicture {
  public:
-  /// `field`: distance field with the grid of the film of water. `version`: larger than that of an earlier picture in
+  /// `field`: distance field with the grid of the film of water. `version`: larger than that of an earlier picture at
   /// the same place, so that renderers receive the empty film.
   explicit FilmPicture(const debris::CoarseField& field, std::uint64_t version = 0);
 
@@ -22,7 +22,7 @@ class FilmPicture {
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// States which version of the film of water a renderer has already received.
+  /// The version of the water film that a renderer has received.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;
@@ -31,7 +31,7 @@ class FilmPicture {
   static void show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown);
 
  private:
-  /// side of a block in samples; changes are sent to the renderer block by block
+  /// Side of a block, samples. Changes are sent to the renderer block by block.
   static constexpr int kBlock = 8;
 
   std::size_t index(const glm::ivec3& s) const {
@@ -44,11 +44,11 @@ class FilmPicture {
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
   std::vector<render::FilmTexel> own_;  // one texel per cell of the film of water, except the cells at the border
-  // Texels for the renderer. For a grid point in no cell of the water film: mean of the nearest cells' texels.
+  // Texels for the renderer. A grid point outside of the film's cells gets the mean of the nearest cells' texels.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;
-  std::vector<std::uint64_t> block_version_;  // version of the film of water at the last change of each block
+  std::vector<std::uint64_t> block_version_;  // version of the water film when each block last changed
   std::uint64_t version_, texels_written_ = 0;
 };
 

@@ -13,20 +13,20 @@
 
 namespace typodont {
 
-/// Returns the texts over the picture of a world. Pure.
+/// Texts over a world's picture. No side effects.
 display::Hud hud(const World& world, session::Language language);
 
-/// Separates parts of the text between which a line break is allowed.
+/// Separates parts of text between which lines may break.
 inline constexpr std::string_view kHudGap = "   ";
 
-/// Returns the catalogue's text for the key "hud.KEY", with its placeholders replaced by the arguments.
+/// The catalogue's text for the key "hud.KEY", with its placeholders replaced by the arguments.
 template <class... Args>
 std::string hud_text(session::Language language, std::string_view key, const Args&... args) {
   const std::string name = fmt::format("hud.{}", key);
   return fmt::format(fmt::runtime(session::text(name, language)), args...);
 }
 
-/// Returns the units and the decimal sign of the language.
+/// The units and the decimal sign of the language.
 display::HudWords hud_words(session::Language language);
 
 /// Formats a number with at most `digits` significant digits, without trailing zeros, and with the decimal sign of the

@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks that know their tissues. Labels are stored only where they are looked up.
-// The tissue's thread only.
+// Tissue labels near the surface, in blocks of voxels. For each block, the set of its tissues is known. Labels are
+// stored only for blocks that are read. Only the thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -17,26 +17,27 @@ namespace typodont {
 class LabelBlocks {
  public:
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
-  /// The volume may have changed.
+  /// Forgets all labels, because the volume may have changed.
   void forget();
-  /// Blocks around the voxels `low` to `high` become the present blocks.
+  /// Selects the blocks around the voxels from `low` to `high` as the current blocks.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Voxels; coordinates of at() are positive in the present blocks.
+  /// Voxel at the origin of the coordinates of at(), which are positive in the current blocks.
   const glm::ivec3& origin() const { return origin_; }
-  /// In the present blocks. The same `volume` as in look_at().
+  /// Label of a voxel in the current blocks. `volume` must be the one passed to look_at().
   Tissue at(const haptics::TissueVolume& volume, const glm::ivec3& i) {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
     Block& block = *around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)];
     if (!block.labels) read(volume, block);
     return (*block.labels)[static_cast<std::size_t>(in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// Bit t: tissue t.
+  /// A set of tissues: bit t stands for tissue t.
   using Tissues = std::uint16_t;
   static_assert(kTissueCount <= 16);
   static constexpr Tissues set_of(Tissue tissue) { return static_cast<Tissues>(1u << static_cast<int>(tissue)); }
-  /// Besides air.
+  /// True if the current blocks contain one tissue besides air.
   bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
-  /// In or near the box (coordinates of at()). False: certainly none.
+  /// True if there may be other tissues than `expected` in or near the box (coordinates of at()). False: certainly
+  /// none.
   bool may_contain_others(const glm::ivec3& low, const glm::ivec3& high, unsigned expected) const {
     return (tissues_in(low, high) & ~expected) != 0;
   }
@@ -56,28 +57,28 @@ class LabelBlocks {
   }
 
   static constexpr int kShift = 4, kSide = 1 << kShift, kMask = kSide - 1;
-  static constexpr int kCubeShift = kShift - 1;  // 2³ cubes of 8³ voxels
+  static constexpr int kCubeShift = kShift - 1;  // a block consists of 2³ cubes of 8³ voxels
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     glm::ivec3 key{0};
-    std::array<Tissues, 8> cubes{};  // index 4x + 2y + z
+    std::array<Tissues, 8> cubes{};  // tissues of each cube; index 4x + 2y + z
     const Labels* labels = nullptr;  // null: not read yet
   };
 
   Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  /// As they look in pictures.
+  /// The tissues as which these tissues are drawn.
   Tissues drawn(Tissues tissues) const;
   /// Reads the labels of a block.
   void read(const haptics::TissueVolume& volume, Block& block);
 
   DrawnAs drawn_as_;
   std::unordered_map<std::uint64_t, Block> known_;
-  /// the first `used_` are valid, the rest is spare memory
+  /// The first `used_` elements are valid; others are spare memory.
   std::vector<std::unique_ptr<Labels>> labels_;
   std::size_t used_ = 0;
   std::vector<Block*> around_;
-  std::vector<Tissues> cubes_;  // per cube of the present blocks
-  Tissues all_ = 0;             // the tissues in all present blocks
+  std::vector<Tissues> cubes_;  // tissues of each cube in the current blocks
+  Tissues all_ = 0;             // tissues in all current blocks
   glm::ivec3 origin_{0}, count_{0};
 };
 

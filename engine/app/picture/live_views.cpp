@@ -14,17 +14,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns, one call of give() spends at most this time on passing bricks (mesh blocks) to a picture
+// Longest time that one call of give() spends on passing mesh bricks to a picture, ns.
 constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns, time between two copies of the tissue; a copy blocks the carver thread for some milliseconds
+// Time between two copies of the tissue, ns. A copy blocks the carver thread for some milliseconds.
 constexpr Nanos kBodiesInterval = 120'000'000;
-// niceness (scheduling priority) of the computing thread; servo and picture have a higher priority
+// Niceness (scheduling priority) of the computing thread. Servo and picture have a higher priority.
 constexpr int kNice = 5;
-// m, differences from the ideal result are computed only up to this distance
+// Maximum distance of computed differences from the ideal, m.
 constexpr double kDifferenceReach = 3e-3;
-// largest number of ticks of an exploration task that wait for their evaluation (the ticks of ten minutes); further
-// ticks are lost
+// Largest number of ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are lost.
 constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
@@ -102,7 +101,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies the picture's view and section plane (a part of its Look). They need no result of the computing thread.
+/// Applies the picture's view and section plane, which need no result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -119,7 +118,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // shows the bricks (mesh blocks) again that were hidden by the gum
+    if (!p.replaced) all_again(p);  // shows the mesh bricks again that the gum had hidden
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -198,8 +197,7 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    // The user has requested another Look (settings of the picture) while this result was computed. So the result is
-    // not used.
+    // The user requested another Look during this computation, so the result is not used.
     if (!p.stage || !(m.wish == p.wish)) continue;
     for (const ViewBody& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
@@ -229,7 +227,7 @@ std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveView
   return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
-/// Requests a copy of the present tissue from the carver thread and waits for it. Returns null if the session ends
+/// Requests a copy of the current tissue from the carver thread and waits for it. Returns null if the session ends
 /// first.
 std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
   wiring_.copy_wanted = true;
@@ -261,15 +259,15 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  // for each picture, the Look (settings of the picture) that was computed last
+  // For each picture: the Look that was computed last.
   std::array<Wish, 2> shown;
   std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue when `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
   bool ideal_made = false;
-  // distance functions of the tooth's surroundings; created when the first section is requested, because this takes
-  // time and memory
+  // Distance functions of the tooth's surroundings. Created when the first section is requested, because this takes
+  // time and memory.
   std::optional<SurroundingsShape> surroundings;
   while (true) {
     std::array<Wish, 2> wishes;
@@ -316,7 +314,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    // The surroundings are computed after the tooth, because the tooth is more important.
+    // The tooth first: it is more important than its surroundings.
     for (std::size_t i = 0; i < 2; ++i) {
       if (!around[i]) continue;
       try {
@@ -352,8 +350,7 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result for the render thread. If an older result for the same picture has not been used yet, the new result
-/// replaces it.
+/// Stores a result for the render thread. Replaces an older result for the same picture that was not used yet.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

@@ -1,7 +1,7 @@
-// Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the ideal
-// result. Also the score so far. A separate thread computes these data from copies of the tissue, so that the hand
-// never waits. All bricks (blocks of the tissue's mesh) that were drawn are stored, so that a picture can be added or
-// changed at any time. The thread starts immediately if the score is shown, otherwise when a picture needs it.
+// Everything in a session's pictures except the tooth's surface: section, inner tissues, difference from the ideal;
+// also the score so far. A separate thread computes it from copies of the tissue, so that the hand never waits. All
+// drawn mesh bricks are stored, so that a picture can be added or changed at any time. The thread starts at once if the
+// score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -29,28 +29,28 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score must also
-  /// be computed during the session.
+  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score must be
+  /// computed during the session.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
-  /// Waits until the thread has finished its present work.
+  /// Waits until the thread has finished its current work.
   ~LiveViews();
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The next functions are called by the render thread. attach() sets the object that draws a picture; null removes
-  // the picture.
+  // The render thread calls the next functions. attach() sets the object that draws a picture; null removes the
+  // picture.
   void attach(Eyes eyes, PictureStage* stage);
-  /// Receives the bricks (mesh blocks) that the carver thread has changed.
+  /// Receives the mesh bricks that the carver thread has changed.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Passes new data to the pictures, for at most a few milliseconds. Call it once per pass of the drawing loop.
-  /// Returns true if a picture received data.
+  /// Passes new data to the pictures, for at most a few milliseconds. Call once per pass of the drawing loop. True if a
+  /// picture received data.
   bool advance();
   /// Returns true while the computing thread works for this picture.
   bool making(Eyes eyes) const;
-  /// Returns true if the computing thread has been started.
+  /// True if the computing thread has been started.
   bool started() const { return thread_.joinable(); }
 
   /// tissues(): the tissues in the scene, one bit for each. middle(): m, frame W, middle of the tooth.
@@ -59,27 +59,26 @@ class LiveViews {
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Returns the result of the last evaluation of the tissue; empty before the first one. The caller must set its
-  /// member `hand`.
+  /// The result of the last evaluation of the tissue; empty before the first one. The caller must set its member
+  /// `hand`.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
   /// Returns true after the first evaluation of the tissue, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
-  /// Returns true if the score includes the latest cuts.
+  /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
   /// Adds a tick to the evaluation of an exploration task.
   void explore(const ServoTick& tick);
-  /// Returns the result of the exploration, and the ticks that are not yet evaluated. Call it after the session.
+  /// The result of the exploration, and the ticks that are not yet evaluated. Call after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    /// number that increases whenever another object of the class PictureStage begins to draw this picture
+    /// Increases whenever another PictureStage begins to draw this picture.
     int stage = 0;
     bool operator==(const Wish&) const = default;
-    /// Returns true if the settings of the picture (its Look) request other bodies than the tooth's surface, for
-    /// example inner tissues or a section.
+    /// True if the picture's Look needs more than the tooth's surface, for example inner tissues or a section.
     bool needs_bodies() const;
   };
   struct Made {
@@ -90,12 +89,12 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    /// the Look (settings of the picture) that was requested from the computing thread
+    /// The Look requested from the computing thread.
     Wish wish;
     bool made = true;                    // true: the computing thread has answered the request `wish`
-    int stages = 0;                      // number of PictureStage objects that have drawn the picture so far
-    bool replaced = false;               // true: another body replaces the tooth's bricks (mesh blocks)
-    std::vector<std::uint64_t> pending;  // bricks (mesh blocks) that were not yet passed to the picture
+    int stages = 0;                      // number of PictureStage objects that have drawn the picture
+    bool replaced = false;               // true: another body replaces the tooth's mesh bricks
+    std::vector<std::uint64_t> pending;  // mesh bricks that were not yet passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }
   void all_again(Picture& picture);
@@ -123,7 +122,8 @@ class LiveViews {
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks of an exploration task that are not yet evaluated
 
-  // The render thread and the computing thread use the next members while they hold the mutex.
+  // The next members are shared by the render thread and the computing thread, which hold the mutex while they use
+  // them.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;
@@ -135,7 +135,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> fresh_explore_;
   bool gave_up_ = false;
 
-  std::jthread thread_;  // declared last, so that the thread is joined before the members that it uses are destroyed
+  std::jthread thread_;  // declared last, so that the thread is joined before the other members are destroyed
 };
 
 }  // namespace typodont

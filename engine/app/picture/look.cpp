@@ -10,7 +10,7 @@ namespace typodont {
 namespace {
 
 constexpr double kSteepest = 89 * kPi / 180;
-constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the distance from the tooth's middle to the viewer
+constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the viewer's distance from the tooth's middle
 constexpr double kMostShift = 0.05;                 // m, largest displacement of the viewed point
 constexpr double kHalfAngle = 4.2 * kPi / 180;      // rad, half the vertical field of view
 

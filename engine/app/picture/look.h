@@ -1,4 +1,4 @@
-// What a picture of the scene shows, and its viewpoint. Plain data.
+// What a picture shows, and its viewpoint. Plain data.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace typodont {
 /// What a picture shows of the scene. The trainee's picture and the observer's picture can have different looks.
 struct Look {
   render::View view = render::View::kLook;
-  /// axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z
+  /// Axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z.
   int section_axis = 1;
-  double section = 0;  // m, position of the section plane along the axis section_axis, measured from the tooth's middle
-  /// section plane (xyz: unit normal, w: offset in m); if it is zero, section_axis and section are used
+  double section = 0;  // m, section plane along section_axis, from the tooth's middle
+  /// Section plane (xyz: unit normal, w: offset in m). If it is zero, section_axis and section are used.
   glm::dvec4 plane{0};
   std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook
   bool tool = true, debris = true, mirror = true, surroundings = true;
@@ -27,9 +27,9 @@ struct Look {
 /// A free viewpoint around the tooth, without eye tracking.
 struct Viewpoint {
   double azimuth = -1.5707963267948966;  // rad, angle from the x axis of frame W to the viewer's direction, about z
-  double elevation = 1.0;                // rad, angle from the horizontal plane up to the viewer's direction
+  double elevation = 1.0;                // rad, angle of the viewer's direction above the horizontal plane
   double distance = 0.15;                // m, distance from the tooth's middle to the viewer
-  glm::dvec2 shift{0, 0};  // m, displacement of the point at which the viewer looks, to the viewer's right and up
+  glm::dvec2 shift{0, 0};                // m, displacement of the viewed point, right and up
 };
 
 /// Limits a viewpoint to valid values: the viewer stays outside the tooth, and the view does not pass the zenith.
@@ -41,11 +41,11 @@ display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::iv
 /// Converts the eye position of a display rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Returns a vertical section plane through a point that faces the viewer at p_WE. The tissue behind it is kept.
+/// A vertical section plane through a point that faces the viewer at p_WE. The tissue behind it is kept.
 glm::dvec4 section_facing(const dvec3& through_W, const dvec3& p_WE);
 
-/// Returns the section plane of these settings (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue
-/// behind the plane, as the viewer sees it, is kept.
+/// The section plane of these settings (xyz: unit normal, w: offset in m). The viewer is at p_WE; the tissue behind the
+/// plane is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

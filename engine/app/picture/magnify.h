@@ -1,4 +1,4 @@
-// A larger picture of the tissue by moving the rig's screen and eyes.
+// Magnifies the tissue's picture: moves the rig's screen and eyes.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// "magnify" of the rig file: towards the rig's point, or the middle of the tissue's top. Logs the effect on
-/// co-location. Headsets magnify themselves.
+/// Applies "magnify" of the rig file: towards the rig's point, or the middle of the tissue's top. Logs the effect on
+/// co-location. Not for headsets, which magnify themselves.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

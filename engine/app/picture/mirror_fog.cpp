@@ -7,7 +7,7 @@ namespace typodont {
 
 namespace {
 
-/// The bur is in front of the glass, within `reach` (m).
+/// True if the bur is in front of the glass, nearer than `reach` (m), so that its jet rinses the glass.
 bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
   const dvec3 from = inverse(mirror.X_WM) * p_WT;
   return from.z > 0 && from.z < reach && std::hypot(from.x, from.y) < 0.5 * mirror.diameter;
@@ -17,7 +17,8 @@ bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
 
 void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& air) {
   const bool held = mirror.diameter > 0, warming = held && air.in_mouth;
-  // Fogging depends on the glass's temperature: the mean over the step, exact enough because glass warms slowly.
+  // Fogging by breath depends on the glass's temperature. The mean over the step is exact enough, because glass warms
+  // slowly.
   const double goal = warming ? 0 : 1, before = cold_;
   cold_ = goal + (cold_ - goal) * std::exp(-dt / law_.warm_time);
   double up = warming ? 0.5 * (before + cold_) / law_.breath_time : 0, down = 1 / law_.dry_time;
@@ -26,7 +27,7 @@ void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& a
     up += air.water / (law_.mist_time * (1 + away) * (1 + away));
     if (rinsed(mirror, air.p_WT, law_.rinse_reach)) down += air.water / law_.rinse_time;
   }
-  // d fog/dt = up (1 − fog) − down fog, for constant rates, 1/s.
+  // Solves d fog/dt = up (1 − fog) − down fog for constant rates (1/s).
   const double rate = up + down, balance = up / rate;
   fog_ = balance + (fog_ - balance) * std::exp(-rate * dt);
 }
@@ -36,7 +37,7 @@ double MirrorFog::fog() const {
 }
 
 MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
-  // m from the patient's mouth, within which a glass is inside
+  // Distance from the patient's mouth that counts as inside, m.
   constexpr double kMouth = 50e-3;
   return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,

@@ -12,11 +12,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kSpacing = 1.25e-3;  // m, of the light between bodies
-constexpr int kRefreshed = 40;        // cells of the light inside tissue per frame
-constexpr int kNice = 5;              // of the worker: pictures first
+constexpr double kSpacing = 1.25e-3;  // m, grid spacing of the light between bodies
+constexpr int kRefreshed = 40;        // cells inside tissue whose light is refreshed per frame
+constexpr int kNice = 5;              // niceness of the worker thread, so that pictures come first
 
-/// Same strength, and directions within 0.5°.
+/// True if the lights have the same strength, and the same directions within 0.5°.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -66,7 +66,7 @@ void MouthLight::compute(const render::LightSources& sources) {
   tissue_.light(sources, grid_);
 }
 
-/// Returns false if the system grants no thread.
+/// Starts the worker thread. False: the system grants no thread.
 bool MouthLight::start(const render::LightSources& sources) {
   done_ = false;
   const auto work = [this, sources] {

@@ -1,4 +1,5 @@
-// Light that the bodies of a mouth reflect to each other, and light inside its tissue, for one renderer. Render thread.
+// Computes, for one renderer, the light that the bodies of a mouth reflect to each other, and the light inside their
+// tissue. Render thread only.
 #pragma once
 
 #include <array>
@@ -21,19 +22,20 @@ namespace typodont {
 
 class MouthLight {
  public:
-  /// kInBackground: pictures are drawn without this light, or with the older one, until it is computed.
+  /// When the light is computed. kInBackground: until it is finished, pictures are drawn without it or with the last
+  /// one.
   enum class When : std::uint8_t { kAtOnce, kInBackground };
-  /// `around`, with a box `lit`: stays as it is until the end of this.
+  /// `around`: surroundings with a box `lit`; must not change while this object exists.
   MouthLight(const Surroundings& around, const render::Quality& quality,
              const std::array<render::Look, render::kMatterCount>& looks, When when);
   ~MouthLight();
   MouthLight(const MouthLight&) = delete;
   MouthLight& operator=(const MouthLight&) = delete;
 
-  /// Changed bricks of the working tooth. `origin`: m, frame W.
+  /// Passes the tooth's changed mesh bricks. `origin`: m, frame W.
   void put(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Before each frame. Follows the lamps, and cuts of the working tooth. The light between bodies is that of the tooth
-  /// at the first call.
+  /// Call before each frame. Follows the lamps and cuts of the working tooth. For the light between bodies, the tooth
+  /// keeps its shape at the first call.
   void follow(const render::Lights& lights, render::Renderer& renderer);
 
  private:
@@ -46,10 +48,10 @@ class MouthLight {
   const bool tissue_mirrors_;
   const When when_;
   std::stop_source stop_;
-  std::vector<render::LitTriangle> tooth_;  // at the first frame
+  std::vector<render::LitTriangle> tooth_;  // triangles of the tooth at the first frame
   bool tooth_known_ = false;
   std::optional<render::Lights> lit_by_;
-  // Used by the worker alone, from start() until `done_`.
+  // While the worker thread runs (from start() until `done_`), only it uses the next members.
   render::TissueLight tissue_;
   std::optional<render::LightScene> bodies_;
   render::LightGrid grid_;
@@ -60,7 +62,7 @@ class MouthLight {
     std::vector<render::MeshUpdate> bricks;
     dvec3 origin;
   };
-  std::vector<Put> waiting_;  // while the worker works
+  std::vector<Put> waiting_;  // bricks that arrive while the worker thread runs
 };
 
 }  // namespace typodont

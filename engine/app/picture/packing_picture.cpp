@@ -8,11 +8,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // of the picture, in widths of the packing
+constexpr double kMargin = 1.05;  // width of the picture, in widths of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
-constexpr double kAmbient = 0.25;  // of the colour, in shadow
+constexpr double kAmbient = 0.25;  // fraction of the colour that is visible in shadow
 
-/// In a square from pixel column `left`; spheres with centres at y >= `front`.
+/// Draws spheres with centres at y >= `front` in a square of the picture that begins at pixel column `left`.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,
           const dvec3& middle, double metres_per_pixel, double front) {
   const int n = picture.size.y;

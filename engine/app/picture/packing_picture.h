@@ -1,4 +1,4 @@
-// A packing from outside and as section, to be checked by eye. Not for the servo thread.
+// Draws a packing from outside and in section, so that a person can check it. Not for the servo thread.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"
@@ -6,7 +6,8 @@
 
 namespace typodont {
 
-/// Along y of W, z up: all spheres, and those behind the middle. `pixels`: height; twice as wide.
+/// Draws two views along y of W, with z up: all spheres, and those behind the middle. `pixels`: height of the picture;
+/// its width is twice that.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

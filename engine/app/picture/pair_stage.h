@@ -21,9 +21,9 @@ class PairStage {
   PairStage& operator=(const PairStage&) = delete;
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
-  /// Draws both pictures and shows them together. Returns the statistics of both frames.
+  /// Draws both pictures and shows them together. Returns their statistics.
   std::array<render::FrameStats, 2> draw(const std::array<World*, 2>& worlds, const std::array<Look, 2>& looks);
-  /// Returns the content of the screen. Call it only without a window.
+  /// The content of the screen. Call only without a window.
   render::Picture screen();
   display::Output& output() { return *output_; }
 

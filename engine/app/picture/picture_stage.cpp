@@ -33,7 +33,7 @@ std::vector<glm::dvec2> outline(const haptics::Tool& part, double error) {
       const double from = std::atan2(piece.az - piece.cz, piece.ax - piece.cx);
       double turn = std::atan2(piece.bz - piece.cz, piece.bx - piece.cx) - from;
       if (turn < 0) turn += 2 * kPi;
-      // the sagitta of a step of angle α is r (1 - cos(α/2))
+      // The sagitta of an arc of angle α is r (1 - cos(α/2)).
       const int steps = static_cast<int>(std::ceil(turn / (2 * std::acos(1 - error / piece.radius))));
       for (int k = 1; k < steps; ++k) {
         const double angle = from + turn * k / steps;
@@ -52,10 +52,10 @@ void end_at_neck(std::vector<glm::dvec2>& outline, double neck) {
   if (b.x < neck) outline.back() = glm::mix(a, b, (a.x - neck) / (a.x - b.x));
 }
 
-/// Returns the outline of neck and shank from `begin` (m, end of the head) to the height `end` (m). A shank that has
-/// contact is drawn with the outline of its contact.
+/// The outline of neck and shank from `begin` (m, end of the head) to the height `end` (m). A shank that has contact is
+/// drawn with the outline of its contact.
 std::vector<glm::dvec2> shaft_outline(const haptics::Tool& tool, glm::dvec2 begin, double end) {
-  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;              // m
+  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;              // m: largest length of the neck; of the rounded end
   constexpr double kFrictionGrip = 0.8e-3, kLatch = 2.35e-3 / 2;  // m, radii (ISO 1797 types 3 and 1)
   std::vector<glm::dvec2> shaft;
   if (const auto shank = haptics::shank_of(tool)) {
@@ -78,7 +78,7 @@ std::vector<glm::dvec2> shaft_outline(const haptics::Tool& tool, glm::dvec2 begi
 
 /// Adds details to the drawn shape of an implant tool: the flutes of a twist drill, depth marks, and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
-  constexpr double kFluteRise = 12e-3;  // m, length along the drill's axis in which a flute makes one turn
+  constexpr double kFluteRise = 12e-3;  // m, length along the drill's axis per turn of a flute
   for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
   if (implant.kind == haptics::ImplantToolKind::kDrill) {
     shape.flutes = 2;
@@ -92,9 +92,9 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns the radius (m) of the neck behind the head.
+/// The radius (m) of the neck behind the head.
 double neck_radius(const haptics::Tool& tool) {
-  constexpr double kWidestDriver = 2.35e-3 / 2;  // m
+  constexpr double kWidestDriver = 2.35e-3 / 2;  // m, largest radius of an implant tool's neck
   const double r = tool.radius();
   if (tool.shank_length > 0) return tool.neck_diameter / 2;
   if (tool.implant && tool.implant->kind != haptics::ImplantToolKind::kRound) return std::min(kWidestDriver, r);
@@ -129,7 +129,7 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  // voxels, bounds of the tissue and of its band (the samples near the surface that store distances)
+  // Bounds of all samples that store a distance, voxels.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
@@ -145,11 +145,11 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
 
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed) {
-  // m, drawn length of the shank between head and handpiece for tools that turn, and for tools that do not turn. Used
-  // if the tool's file does not state the length.
+  // Drawn length of the shank between head and handpiece, m: for tools that turn, and for tools that do not. Used if
+  // the tool's file does not state it.
   constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
-  constexpr double kHeld = 0.6e-3;      // m, length of the shank that is drawn inside the handpiece
-  constexpr double kBareShank = 20e-3;  // m, length of the shank of a tool without a handpiece
+  constexpr double kHeld = 0.6e-3;      // m, length of the shank drawn inside the handpiece
+  constexpr double kBareShank = 20e-3;  // m, shank length of a tool without a handpiece
   render::ToolShape shape;
   if (!tool.turns()) shape.flutes = 0;
   if (tool.iso_code.starts_with(kDiamond) && shape.flutes > 0) {
@@ -222,7 +222,7 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // this call also returns if the device is lost
+  vkDeviceWaitIdle(device_.device);  // also returns if the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -239,12 +239,12 @@ void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3&
 bool PictureStage::resize(glm::ivec2 eye_size) {
   eye_size = glm::max(eye_size, glm::ivec2(16));
   if (eye_size == screen_size_) return false;
-  vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
+  vkDeviceWaitIdle(device_.device);  // the GPU may still draw the old pictures
   screen_size_ = eye_size;
   blank_ = true;
   renderer_->resize(eye_size);
-  // The panel is enlarged about its middle until it has the aspect ratio of the picture. So everything that was visible
-  // stays visible.
+  // Enlarges the panel about its middle until it has the aspect ratio of the picture, so that everything that was
+  // visible remains visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -315,8 +315,8 @@ void ShownWorld::add(World& world, const Look& look, std::optional<bool> coarse,
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  // The limit for the coarse mesh is lower while the coarse mesh is drawn (hysteresis). So small motions of the user's
-  // head do not change the mesh again and again.
+  // While the coarse mesh is drawn, its limit is lower (hysteresis), so that small motions of the user's head do not
+  // change the mesh again and again.
   const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
@@ -362,7 +362,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  // With frame-sequential stereo, the image of the window has one layer per eye. Each layer is as large as the window.
+  // With frame-sequential stereo, the window's image has one layer for each eye, as large as the window.
   const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
@@ -371,8 +371,8 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // Uses the new pose of the user's head only if the eyes can see the picture from there; otherwise the last pose
-  // stays.
+  // Uses the new pose of the user's head only if the eyes can see the picture from there; otherwise keeps the last
+  // pose.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -455,7 +455,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately, so they must be finished
+    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately: they must be finished
     timing_.shown = to_seconds(now() - began);
     return stats;
   }
@@ -474,12 +474,11 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      // counts the render passes that compose the screen: one for each layer; a picture in memory is composed without a
-      // render pass
+      // Counts the render passes that compose the screen: one for each layer. A picture in memory needs none.
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
-    // Computes the time until the frame is visible. This is the sum of three times: recording and submission on the
-    // CPU; drawing on the GPU; and half a refresh period, which is the mean time until the screen is refreshed.
+    // Time until the frame is visible: CPU time for recording and submission, plus GPU time for drawing, plus half a
+    // refresh period of the screen.
     const auto seen_at = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

@@ -1,5 +1,5 @@
-// Draws the pictures of a World and its tissue. Contains a Vulkan device, a renderer and the screen of a display rig.
-// The pictures are drawn offscreen or in a window (workbench.h). Render thread only.
+// Draws the pictures of a World and its tissue, offscreen or in a window (workbench.h). Contains a Vulkan device, a
+// renderer and the screen of a display rig. Render thread only.
 #pragma once
 
 #include <memory>
@@ -29,39 +29,39 @@ namespace typodont {
 /// A tool and the handpiece that holds it, in the form in which they are drawn.
 struct DrawnTool {
   render::ToolMesh tool;
-  Handpiece handpiece;  // the drawn handpiece; it has no parts if the tool has no handpiece
+  Handpiece handpiece;  // the drawn handpiece; without parts if there is none
   Pose X_GH;            // pose of the handpiece (frame H) relative to the drawn tool (frame G)
-  /// true: the handpiece is not drawn where it hides the working point (see render::ToolState::open)
+  /// True: the handpiece is not drawn where it hides the working point (see render::ToolState::open).
   bool open = false;
 };
-/// Makes the drawn form of a tool. `placed`: true if the tool's head (an implant) stays in the tissue, so that only its
-/// driver is drawn. The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, the
-/// shortest rotation from the z axis of frame W to this axis is used (rotation_between); then the handpiece turns
-/// continuously with the axis. Throws Error.
+/// Makes the drawn form of a tool. `placed`: the tool's head (an implant) stays in the tissue, so only its driver is
+/// drawn. Throws Error.
+/// The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, its rotation is the
+/// shortest one from z of W to this axis (rotation_between), so the handpiece turns continuously with the axis.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
-/// Returns true if the tool is an implant or screw that has been placed in the bone at this tick.
+/// True if the tool is an implant or screw that has been placed in the bone at this tick.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Adds the poses of tool, mouth mirror and suction tip to a frame.
+/// Adds tool, mouth mirror and suction tip to a frame.
 void add_held(const World& world, const Look& look, render::Frame& frame);
 
-/// What a renderer has received of a World: tool, soft gum and film.
+/// The state of a World that a renderer has received: tool, soft gum and film.
 class ShownWorld {
  public:
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
-  /// Call it after surround(), which draws the gum at rest.
+  /// Call after surround(), which draws the gum at rest.
   void gum_at_rest() { gum_version_ = 0; }
-  /// Gives the renderer what has changed, and adds the world to the frame. `coarse`: which meshes surround() gave;
-  /// empty: there are none.
+  /// Passes changes to the renderer, and adds the world to the frame. `coarse`: kind of the meshes that surround()
+  /// passed; empty: none.
   void add(World& world, const Look& look, std::optional<bool> coarse, render::Renderer& renderer,
            render::Frame& frame);
 
  private:
   HandpieceView handpieces_;
-  std::optional<std::uint32_t> tool_;  // index in the tool set; empty: not yet given to the renderer
+  std::optional<std::uint32_t> tool_;  // index in the tool set; empty: none drawn yet
   bool placed_ = false;                // true: the tool's head (an implant) stays in the tissue
   Pose X_GH_;                          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
   bool open_ = false;                  // see render::ToolState::open
@@ -69,15 +69,14 @@ class ShownWorld {
   FilmPicture::Shown film_;
 };
 
-/// Returns a box outside of which no tissue can appear during the session. Empty if there is no such box: if a tool of
-/// the tool set adds tissue, or if undo can restore tissue that was removed before the session was resumed.
+/// Box outside of which no tissue can appear during the session. Empty: none: a tool of the tool set adds tissue, or
+/// undo can restore tissue that was removed before the session was resumed.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
 void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
-/// Returns true if the picture looks the same for both poses of the tool: between them, the tool moves by at most a
-/// hundredth of a pixel.
+/// True if the picture looks the same for both poses of the tool: it moves by at most a hundredth of a pixel.
 bool looks_same(const Pose& a, const Pose& b);
 
 class PictureStage {
@@ -88,13 +87,13 @@ class PictureStage {
     bool window = false;    // false: the pictures are drawn offscreen; the user's head is tracked only with a window
     bool embedded = false;  // true: only pictures() are drawn, for the caller's window; no screen is composed
     gpu::Device* device = nullptr;  // the caller's GPU device; null: the PictureStage creates its own
-    display::UrgentKeys urgent;     // of the window
-    int monitor = -1;               // number of the monitor for full screen; −1: no full screen
+    display::UrgentKeys urgent;     // urgent keys of the window
+    int monitor = -1;               // monitor number for full screen; −1: no full screen
     bool hud = true;
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
     bool chips_on_gpu = true;                                  // false: another picture of the same device moves them
-    /// true: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there
+    /// True: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there.
     bool cursor = false;
     MouthLight::When light = MouthLight::When::kAtOnce;
     double force_limit = 3;  // N, force at the end of the force bar
@@ -107,15 +106,15 @@ class PictureStage {
   PictureStage(const PictureStage&) = delete;
   PictureStage& operator=(const PictureStage&) = delete;
 
-  /// Updates bricks (mesh blocks) of the working tooth. Positions are relative to `origin` (m, frame W).
+  /// Updates mesh bricks of the working tooth. Positions are relative to `origin` (m, frame W).
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Adds the static surroundings. Call it before the first bricks, so that mesh blocks behind the gum are not drawn.
+  /// Adds the static surroundings. Call before the first bricks, so that mesh bricks behind the gum are not drawn.
   void surround(const Surroundings& around);
-  /// Sets spheres that the next frames show, for example those of a packing.
+  /// Sets spheres for the next frames, e.g. those of a packing.
   void show_spheres(std::span<const render::Particle> spheres) { spheres_ = spheres; }
-  /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. Bodies that a view
-  /// shows besides the surface are set by show_inside() (engine/app/picture/teaching_views.h).
+  /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. show_inside() sets
+  /// the other bodies of a view (engine/app/picture/teaching_views.h).
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
     view_ = view;
     section_ = section;
@@ -127,19 +126,19 @@ class PictureStage {
   /// frame W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Draws and shows one frame of the world. If drawn offscreen, waits until the frame is finished. `look`: the parts
-  /// of the world that are shown; its view is set by show_as().
+  /// Draws and shows one frame of the world. Offscreen, waits until it is finished. `look`: which parts of the world
+  /// are shown; show_as() sets its view.
   render::FrameStats draw(World& world, const Look& look = {});
 
-  /// Returns true if something inside the box may be visible in the next frame. An empty `box` means the whole space.
+  /// True if something inside the box may be visible in the next frame. An empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
 
-  /// Returns the pictures of both eyes, in the image layout for shaders.
+  /// Both eyes' pictures, in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// Returns true if pictures() contain no frame, because none was drawn since their size or quality changed.
+  /// True if pictures() contain no frame, because none was drawn since their size or quality changed.
   bool blank() const { return blank_; }
-  /// Sets the size of the pictures in pixels. The display rig's panel gets the same aspect ratio. Call it only if
-  /// Options::embedded is true. Returns true if the size changed.
+  /// Sets the size of the pictures in pixels. The display rig's panel gets the same aspect ratio. Call only if
+  /// Options::embedded is true. True if the size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.
@@ -148,13 +147,13 @@ class PictureStage {
 
   render::Lights lights() const { return look().lights; }
 
-  /// Returns the picture of one eye in the last frame (0 left, 1 right), without text.
+  /// The picture of one eye in the last frame (0 left, 1 right), without text.
   render::Picture eye(int index);
   /// Draws the text of the last frame over an eye's picture. The picture may have any size.
   void write_over(render::Picture& picture) const;
-  /// Returns the text of the last frame.
+  /// The text of the last frame.
   const display::Hud& hud() const { return hud_; }
-  /// Returns the content of the screen after the last frame.
+  /// The content of the screen after the last frame.
   render::Picture screen();
 
   /// Measured times of the last frame.
@@ -162,18 +161,18 @@ class PictureStage {
     double record = 0;  // s, time of preparation and submission on the CPU
     double gpu = 0;     // s, GPU time of the latest finished frame
     double shown = 0;   // s, estimated time from the start of draw() to the middle of the screen's next refresh
-    /// Returns the larger one of CPU time and GPU time (s) of a frame. The wait for the screen is not included.
+    /// The larger one of CPU time and GPU time (s) of a frame. The wait for the screen is not included.
     double cost() const { return gpu > record ? gpu : record; }
   };
   const Timing& timing() const { return timing_; }
-  /// Returns true if the tool did not move between the last two calls of draw().
+  /// True if the tool did not move between the last two calls of draw().
   bool tool_at_rest() const { return at_rest_; }
 
-  /// Returns the numbers of packets from the head tracker that were accepted and dropped; empty if the rig file has no
-  /// head tracker.
+  /// The numbers of packets from the head tracker that were accepted and dropped; empty if the rig file has no head
+  /// tracker.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// Returns the window or memory in which the screen is composed. Call it only if Options::embedded is false.
+  /// The window or memory in which the screen is composed. Call only if Options::embedded is false.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
@@ -191,7 +190,7 @@ class PictureStage {
   display::DisplayRig rig_;
   display::Head rest_;  // pose of the user's head that the rig file states
   std::optional<display::HeadTracker> tracker_;
-  /// s, running mean of the latency from the reading of the head tracker to the picture on the screen
+  /// Running mean of the latency from the head tracker's reading to the picture on the screen, s.
   double latency_ = 1.0 / 30;
   haptics::ServoSettings servo_;
   Options options_;
@@ -203,9 +202,9 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   Timing timing_;
   bool blank_ = true;    // true: no frame was drawn since the size or the quality of the pictures changed
-  bool missed_ = false;  // true: the last frame was not shown, or the window is minimised
+  bool missed_ = false;  // true: last frame not shown, or window minimised
   glm::ivec2 screen_size_{0};
-  /// m, vectors along the panel's lower edge (rightwards) and left edge (upwards), as the rig file states them
+  /// Vectors along the panel's lower edge (rightwards) and left edge (upwards), as the rig file states them, m.
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
@@ -217,8 +216,8 @@ class PictureStage {
   std::span<const render::Particle> spheres_;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
-  double pixel_ = 0;                         // m, width of a pixel at the tooth in the last frame
-  std::vector<render::Particle> with_dots_;  // particles of the debris, followed by the dots of the cursor
+  double pixel_ = 0;                         // m, last frame's pixel width at the tooth
+  std::vector<render::Particle> with_dots_;  // debris particles, followed by the dots of the cursor
   Pose shown_at_;                            // pose of the tool in the last frame
   bool at_rest_ = false;
 };

@@ -1,4 +1,5 @@
-// Lower quality while frames take too long, higher when there is time, unless a level is fixed. Render thread only.
+// Chooses the quality level of the pictures: lower while frames take too long, higher when there is time, unless a
+// level is fixed. Render thread only.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +11,14 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// s of running mean: lower above `slow` (default: 30 frames per second), higher below `quick`. After a failed raise
-  /// the next one waits longer. `first`: level at the start.
+  /// Limits for the running mean of the frame time, s: the quality falls above `slow` (default: 30 frames per second)
+  /// and rises below `quick`. If a higher level was too slow, the next attempt waits longer. `first`: level at the
+  /// start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// For software rendering. The next better level takes up to twice as long, so it needs a mean below 1/75 s.
+  /// Limits for software rendering. The next better level takes up to twice as long, so the mean must be below 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
-  /// `level`: of render::kQualityLadder.
+  /// `level`: name of a level in render::kQualityLadder.
   static QualityLadder fixed_at(std::string_view level) {
     const auto found = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),
                                     [&](const render::Quality& q) { return q.name == level; });
@@ -25,17 +27,17 @@ class QualityLadder {
     return ladder;
   }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  // 0 is the best
+  // Index of the current level; 0 is the best.
   int place() const { return static_cast<int>(step_); }
   int changes() const { return changes_; }
   bool fixed() const { return fixed_; }
-  double slow() const { return slow_; }  // s, above which quality falls
-  /// True: the level changed. Only for drawn frames.
+  double slow() const { return slow_; }  // s, mean frame time above which the quality falls
+  /// Takes a frame's drawing time, s. True: the level changed.
   bool frame_took(double seconds) {
     if (fixed_) return false;
-    // The first frames of a level create pipelines.
+    // Ignores a level's first frames, because they create pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // Limited, so that one late frame does not lower the quality.
+    // The time is limited, so that one late frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -48,10 +50,10 @@ class QualityLadder {
   }
 
  private:
-  // s, default of `slow`
+  // Default of `slow`, s.
   static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       /// frames, longest wait for a raise
+                       /// Longest wait before the quality may rise again, frames.
       kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {
@@ -64,13 +66,13 @@ class QualityLadder {
     return true;
   }
 
-  /// s, means for lower and higher quality
+  /// Limits of the mean frame time, s: for a lower and for a higher quality.
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
   bool fixed_ = false;  // true: the level never changes
-  bool tried_ = false;  // the last change raised the quality
-  double mean_;         // s, running
+  bool tried_ = false;  // true: the last change raised the quality
+  double mean_;         // s, running mean of the frame time
 };
 
 }  // namespace typodont

@@ -1,4 +1,5 @@
-// All triangles of a picture in a file, for another renderer (tests/reference). Not for the servo thread. Throws Error.
+// Writes all triangles of a picture to a file, for another renderer (tests/reference). Not for the servo thread. Throws
+// Error.
 #pragma once
 
 #include <filesystem>
@@ -12,34 +13,34 @@
 
 namespace typodont {
 
-/// Of the tool; others have their render::MeshId.
+/// Number of the tool's body; other bodies have their render::MeshId.
 inline constexpr std::uint8_t kToolBody = 255;
 
 class ShownGeometry {
  public:
   explicit ShownGeometry(const MaterialTable& materials) : looks_(render::appearances_of(materials)) {}
-  /// `origin`: m, W, of the body's frame. `body`: less than kToolBody.
+  /// Adds a body. `origin`: origin of its frame, m, frame W. `body`: less than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// `blur`: 0 at rest, 1 the hull of fast rotation.
+  /// Adds the tool. `blur`: 0 at rest; 1 the hull of a fast rotation.
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);
-  /// Binary PLY, mm, W (docs/interface.md), completely or not at all.
+  /// Writes a binary PLY file in mm, frame W (docs/interface.md), completely or not at all.
   void write(const std::filesystem::path& file) const;
 
  private:
   struct Corner {
     glm::vec3 p{0}, n{0};  // p: mm, frame W, position; n: unit normal
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
-    // 0..1 of `second` at this corner; the rest is `tissue`
+    // Fraction of the tissue `second` at this corner, 0 to 1; the rest is `tissue`.
     float fraction = 0;
-    float cut = 0;       // 0..1, of the surface around that was cut
-    float depth = 0;     // mm of `under` below the surface; 0: none
-    glm::vec3 color{0};  // linear RGB of the surface tissue, above the lower one
+    float cut = 0;       // cut fraction of the surrounding surface, 0 to 1
+    float depth = 0;     // mm, depth of tissue `under` below the surface; 0: none
+    glm::vec3 color{0};  // linear RGB of the surface's tissue, over the lower tissue
   };
   void add_triangles(std::span<const std::uint32_t> indices, std::size_t first);
 
   std::array<render::Look, render::kMatterCount> looks_;
   std::vector<Corner> corners_;
-  std::map<std::uint8_t, glm::vec3> origins_;  // mm, frame W, by body
+  std::map<std::uint8_t, glm::vec3> origins_;  // mm, frame W, origin of each body
   std::vector<std::uint32_t> indices_;
 };
 

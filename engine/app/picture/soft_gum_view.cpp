@@ -10,15 +10,15 @@ namespace typodont {
 
 namespace {
 
-// Radius within which a point of the soft gum moves the vertices of the picture, divided by the distance between
-// neighbouring points of the gum.
+// Radius within which a point of the soft gum moves the picture's vertices, divided by the distance between
+// neighbouring points.
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
-constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
+constexpr int kSplits = 4;          // largest number of halvings of an edge of the gum
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
-constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
-constexpr double kRimWidth = 0.22;  // width of the rim of a patch of blood, divided by the radius of the patch
-// m, smallest width of the rim of a patch of blood; in a narrower rim, the triangles would be visible
+constexpr float kOpaque = 0.95f;    // opacity in the middle of a patch of blood, 0..1
+constexpr double kRimWidth = 0.22;  // width of the rim of a blood patch, divided by the radius of the patch
+// Smallest width of the rim of a blood patch, m; in a narrower rim, the triangles would be visible.
 constexpr double kLeastRim = 0.35e-3;
 
 }  // namespace
@@ -59,7 +59,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
       break;
     }
   }
-  // Shepard's method interpolates the displacements of the points, with the weights (1 - (r / reach)²)², where r is the
+  // Shepard's method interpolates the displacements of the points, with weights (1 - (r / reach)²)², where r is the
   // distance of a point.
   glm::vec3 low(1e9f), high(-1e9f);
   const auto brick = static_cast<std::uint32_t>(bricks_.size());
@@ -69,8 +69,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // The normals of the gum's point and of the vertex have opposite directions. So the vertex lies on the far side
-      // of a thin layer of gum, and the point does not move it.
+      // The normals of point and vertex have opposite directions: the vertex is on the far side of a thin layer of gum,
+      // so the point does not move it.
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;
@@ -101,7 +101,7 @@ void SoftGumView::move(const haptics::SoftMove& move) {
   for (const std::uint32_t brick : bricks_of_[move.point]) mark(brick);
 }
 
-/// Marks a brick (mesh block). The next call of follow() computes it again.
+/// Marks a mesh brick, which the next follow() computes again.
 void SoftGumView::mark(std::uint32_t brick) {
   if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
 }
@@ -138,7 +138,7 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Returns the opacity of the blood (0..1) at a point of the undeformed surface. The rim of a patch of blood is uneven.
+/// Opacity of the blood (0 to 1) at a point of the undeformed surface. The rim of a patch of blood is uneven.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {
@@ -173,8 +173,7 @@ void SoftGumView::make(std::size_t index) {
     const float blood = blood_at(rest.origin + dvec3(vertex.p));
     if (moved == glm::vec3(0) && !(blood > 0)) continue;
     at_rest = false;
-    // Computes the new normal. If each point of a surface with the normal n is lowered by a depth h, the new normal is
-    // n + ∇h.
+    // If each point of a surface with normal n is lowered by a depth h, the new normal is n + ∇h.
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {

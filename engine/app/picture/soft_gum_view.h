@@ -1,6 +1,5 @@
-// The picture of the soft gum. Shows blood, and displaces the vertices of the gum where an instrument presses or where
-// a bur has cut. Only bricks (mesh blocks) that have changed are computed again, so a gum at rest takes no computing
-// time.
+// The picture of the soft gum: shows blood, and displaces the gum's vertices where an instrument presses or a bur has
+// cut. Only changed mesh bricks are computed again, so a gum at rest takes no time.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +17,12 @@ namespace typodont {
 /// Draws the soft gum in one picture. Render thread only.
 class SoftGumView {
  public:
-  /// A brick (mesh block) of the gum in its present shape. It belongs to the fine or to the coarse mesh of a body.
+  /// A mesh brick of the gum in its current shape, of the fine or the coarse mesh of a body.
   struct Brick {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    // Value of version() when this brick (mesh block) last changed. 0: the brick is unchanged, that is, equal to the
-    // brick in the surroundings.
+    // Value of version() when this mesh brick last changed. 0: it is equal to the brick in the surroundings.
     std::uint64_t version = 0;
   };
 
@@ -37,35 +35,35 @@ class SoftGumView {
   void apply(const ServoEvent& event);
   /// Restores the state of an undamaged and undeformed gum.
   void reset();
-  /// Computes the bricks (mesh blocks) that have changed. `t`: time in the session, ns.
+  /// Computes the changed mesh bricks. `t`: session time, ns.
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
-  /// Returns a number that increases whenever a brick (mesh block) changes.
+  /// A number that increases whenever a mesh brick changes.
   std::uint64_t version() const { return version_; }
 
  private:
-  /// The influence of one point of the gum on one vertex.
+  /// Influence of one point of the gum on one vertex.
   struct Influence {
     std::uint32_t point = 0;
     float part = 0;      // 0..1, weight with which the point's displacement moves the vertex
-    glm::vec3 slope{0};  // 1/m, gradient of `part` (the weight) over the position of the vertex
+    glm::vec3 slope{0};  // 1/m, gradient of the weight `part` over the vertex's position
   };
-  /// The undeformed form of a brick (mesh block), with triangles that are small enough to show a dent.
+  /// The undeformed form of a mesh brick, with triangles that are small enough to show a dent.
   struct Rest {
-    const render::MeshUpdate* whole = nullptr;  // the same mesh block in the surroundings, with larger triangles
+    const render::MeshUpdate* whole = nullptr;  // the same mesh brick in the surroundings, with larger triangles
     dvec3 origin{0};                            // m, frame W, origin of the vertices
     render::MeshUpdate mesh;
-    /// for each vertex, the index of its first influence; one more entry at the end marks the end of the last vertex
+    /// For each vertex: index of its first influence. One more entry marks the end of the last vertex.
     std::vector<std::uint32_t> first;
     std::vector<Influence> influences;
     dvec3 middle{0};
-    double radius = 0;  // m, radius of a ball around `middle` that contains the brick (mesh block)
+    double radius = 0;  // m, radius of the mesh brick's bounding ball around `middle`
     bool changed = false;
   };
   struct Wound {
     haptics::SoftWound place;
-    double drawn = 0;  // m, radius of the blood patch in the present picture
+    double drawn = 0;  // m, radius of the blood patch in the current picture
   };
 
   void add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse);
@@ -75,10 +73,10 @@ class SoftGumView {
 
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::vector<Brick> bricks_;
-  std::vector<Rest> rest_;                             // undeformed form of each mesh block, in the order of bricks_
-  std::vector<std::vector<std::uint32_t>> bricks_of_;  // indices of the bricks (mesh blocks) that each point influences
+  std::vector<Rest> rest_;                             // undeformed form of each mesh brick, ordered as bricks_
+  std::vector<std::vector<std::uint32_t>> bricks_of_;  // indices of the mesh bricks that each point influences
   std::vector<float> inward_;                          // m, depth to which each point is pressed inward
-  std::vector<std::uint32_t> changed_;                 // indices of the mesh blocks that must be computed again
+  std::vector<std::uint32_t> changed_;                 // indices of the mesh bricks that must be computed again
   std::vector<Wound> wounds_;
   std::uint64_t version_ = 0;
 };

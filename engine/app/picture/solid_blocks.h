@@ -1,4 +1,5 @@
-// Which samples lie in tissue, in blocks of 8³ that are read once when needed. The tissue's thread only.
+// Answers which samples are in tissue. Blocks of 8³ samples are read once, when they are needed. Only the thread that
+// owns the tissue.
 #pragma once
 
 #include <array>
@@ -13,17 +14,18 @@ namespace typodont {
 
 class SolidBlocks {
  public:
-  /// Four indices, one per lane.
+  /// Indices of four voxels, one in each lane.
   struct Voxels {
     FourInts x, y, z;
   };
 
-  /// The volume may have changed.
+  /// Forgets all blocks, because the volume may have changed.
   void forget() {
     blocks_.clear();
     recent_.fill({});
   }
-  /// Bit i: voxel i, of the first `count`, lies in tissue. The same volume between two forget().
+  /// Bit i of the result: voxel i is in tissue. Only the first `count` voxels are tested. `volume` must be the same
+  /// until forget().
   unsigned solid(const haptics::TissueVolume& volume, const Voxels& voxels, int count) {
     const FourInts x = voxels.x >> 3, y = voxels.y >> 3, z = voxels.z >> 3;  // the blocks of the voxels
     const FourInts place = (x & kLow) << 2 * kLowBits | (y & kLow) << kLowBits | (z & kLow);
@@ -39,8 +41,8 @@ class SolidBlocks {
   }
 
  private:
-  // Low bits select the place in `recent_`: a brick's samples lie in at most 8³ blocks, so each has its own. The next
-  // bits are the tag; no axis has more than 2^13 blocks.
+  // The low bits of a block's index select its place in `recent_`. A brick's samples are in at most 8³ blocks, so each
+  // has its own place. The next bits are the tag; no axis has more than 2^13 blocks.
   static constexpr int kLowBits = 3, kLow = (1 << kLowBits) - 1, kHighBits = 10;
   static FourInts high_bits(const FourInts& key) { return key >> kLowBits & ((1 << kHighBits) - 1); }
   struct Recent {
@@ -55,7 +57,7 @@ class SolidBlocks {
   }
 
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // last block per place
+  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // the block that was last read at each place
 };
 
 }  // namespace typodont

@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-// m, differences are computed only up to this distance from the ideal result
+// Maximum distance of computed differences from the ideal, m.
 constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace
@@ -27,8 +27,8 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue) {
   const ToothField field(volume);
   const double h = field.voxel();
-  // Pulp and caries count as dentin. Otherwise the surface of the dentin would also include the walls of the pulp
-  // chamber and of the caries, which are inside.
+  // Pulp and caries count as dentin. Otherwise the surface of the dentin would include the inner walls of pulp chamber
+  // and caries.
   const auto counts = [&](Tissue found) {
     return found == tissue || (tissue == Tissue::kDentin && (found == Tissue::kPulp || found == Tissue::kCaries));
   };
@@ -52,7 +52,7 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   std::vector<render::MeshUpdate> updates = mesh_of_field(
       first, last, h, 0.15f,
       [&](const dvec3& p) {
-        double fraction = 0;  // fraction of this tissue in 27 neighbouring samples, with binomial weights
+        double fraction = 0;  // fraction of this tissue in 27 samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
@@ -76,14 +76,14 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
       [&](const dvec3& p) {
         const double whole = field.distance(p);
         if (whole > h) return whole;
-        double fraction = 0;  // fraction of the remaining tissue in 27 neighbouring samples, with binomial weights
+        double fraction = 0;  // fraction of remaining tissue in 27 samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue, only few samples have labels, so the fraction is not reliable there. So the result is at
-        // least `whole`, the distance to the surface of all tissues together.
+        // Outside the tissue, only few samples have labels, so the fraction is unreliable. The result is at least
+        // `whole`, the distance to the surface of all tissues together.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

@@ -1,5 +1,5 @@
-// Bodies for the teaching views: the face of a section, the inner tissues, and the difference from an ideal
-// preparation. They are computed from the volume on request. For any thread that may read the volume.
+// Bodies for the teaching views: face of a section, inner tissues, difference from an ideal. Computed from the volume
+// on request. For any thread that may read the volume.
 #pragma once
 
 #include <vector>
@@ -10,19 +10,18 @@
 
 namespace typodont {
 
-/// Makes the face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept, and
-/// the face is visible from the other side. Positions are relative to the volume's origin.
+/// Makes the face at which a plane cuts the tissue, coloured by tissue. The part with normal · p > offset is kept; the
+/// face is seen from the other side. Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset);
 
 /// Makes the surface of one tissue inside the tooth, smoothed over a voxel. For dentin, it is only the outer surface.
 /// Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
-/// Makes the surface of the tissue that remains if some tissues are hidden. `hidden`: these tissues as bits (1 <<
-/// tissue).
+/// Makes the surface of the tissue that remains if some tissues are hidden. `hidden`: bits 1 << tissue.
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
-/// A body that a view shows besides the surface of the tissue, or in place of it.
+/// A body that a view shows in addition to the tissue's surface, or in place of it.
 struct ViewBody {
   render::MeshId mesh;
   std::vector<render::MeshUpdate> bricks;
@@ -32,13 +31,10 @@ struct ViewBody {
 std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
                                   const haptics::TissueVolume& volume);
 
-/// Sets `difference` of every vertex to its distance (m) from the surface of the ideal preparation `ideal`: positive
-/// outside (tissue must still be removed), negative inside (too much was removed). `origin`: m, frame W, origin of the
-/// positions in `updates`.
+/// Sets `difference` of every vertex to its distance (m) from the ideal's surface: positive outside (tissue must still
+/// be removed), negative inside (too much was removed). `origin`: origin of the positions in `updates`, m, frame W.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// Sets `difference` of every vertex to the distance (m) of the vertex from the surface of the ideal preparation,
-/// positive outside. `ideal`: distance field of the ideal preparation; it must contain distances up to the largest
-/// difference that is shown. `origin`: m, frame W, origin of the positions in `updates`.
+/// As above, with the ideal's distance field, which must contain distances up to the largest shown difference.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

@@ -70,16 +70,18 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-// voxels below a vertex, searched for another tissue
+// Search depth for another tissue below a vertex, voxels.
 constexpr int kSearchDepth = 14;
-// Voxels that tissue reached above a vertex to count as cut. More, and fissures would count: their opposite wall is
-// near.
+// A vertex counts as cut if the uncut tissue reached this far above it, voxels. A larger value would include fissures,
+// whose opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // bricks meshed again per update after a change of tolerance: some milliseconds, no delay for the servo's next copy
+    // Bricks that are meshed again per update after a change of tolerance. This takes some milliseconds, so it does not
+    // delay the servo's next copy.
     32;
 
-/// m through which an inner colour shows: dentin and caries through enamel, pulp through thin dentin.
+/// Depth through which the colour of an inner tissue is visible, m: dentin and caries through enamel, pulp through thin
+/// dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -93,12 +95,12 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
-/// Conversion rounds towards zero: negative numbers are corrected.
+/// Rounds down. The conversion rounds towards zero: negative numbers are corrected.
 FourInts rounded_down(const Four& v) {
   const FourInts i = __builtin_convertvector(v, FourInts);
   return i + (v < __builtin_convertvector(i, Four));  // each lane of a true comparison is −1
 }
-/// Of four points.
+/// The voxels that contain four points.
 SolidBlocks::Voxels voxels_with(const Four& x, const Four& y, const Four& z) {
   return {rounded_down(x), rounded_down(y), rounded_down(z)};
 }
@@ -113,11 +115,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels between test points; usual gaps are wider
+  // Distance between test points, voxels; usual gaps are wider.
   constexpr float kProbe = 3.5f;
-  constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // depths of the test points
+  constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // voxels, depths of the test points
   static_assert(4 * kProbe >= kSearchDepth);
-  constexpr float kBeside = 2;  // voxels, of four more test points beside each line
+  constexpr float kBeside = 2;  // voxels, distance of four more test points beside the line
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   const int probes = static_cast<int>(most / kProbe);
   for (render::Vertex& v : update.vertices) {
@@ -127,15 +129,15 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
-    // bits of the first `count` test points at depths `ways` in tissue
+    // Bit i: test point i at depth `ways[i]` is in tissue, for the first `count` points.
     const auto solid_at = [&](const Four& ways, int count) {
       return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
                           count);
     };
-    // The line can leave a thick body through its side: a gap needs the four points around to be empty too.
+    // The line can leave a thick body through its side, so at a gap the four points around it must be empty too.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // Corners of a square around `place`, oblique to the grid.
+      // Four test points around `place`, in an oblique square.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
@@ -148,7 +150,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     };
     const unsigned left = ~solid_at(kWays, probes) & ((1u << probes) - 1);
     if (left == 0) continue;
-    const float way = kWays[std::countr_zero(left)];  // the first test point outside the tissue
+    const float way = kWays[std::countr_zero(left)];  // depth of the first test point outside the tissue
     if (!all_empty_at(way)) continue;
     float near = way - kProbe, far = way;
     for (int i = 0; i < 3; ++i) {
@@ -182,8 +184,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
-  // Voxels below the vertices and a few around them need labels.
-  std::array<float, kTissueCount> reach_below;  // voxels below a vertex
+  // Labels are needed for the voxels below the vertices and a few around them.
+  std::array<float, kTissueCount> reach_below;  // voxels, searched depth below a vertex, for each tissue
   for (int t = 0; t < kTissueCount; ++t)
     reach_below[static_cast<std::size_t>(t)] = static_cast<float>(
         std::min(translucency_depth(static_cast<Tissue>(t)) / voxel, static_cast<double>(kSearchDepth)));
@@ -197,15 +199,15 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const int margin = static_cast<int>(lesion_reach) + 3;
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - margin,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + margin);
-  // Nothing shows through, and no border to draw.
+  // With one tissue, nothing is visible through it, and there is no border to draw.
   if (labels_.one_tissue()) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // One label per voxel makes steps: the border is drawn where smoothed fractions are equal.
+      // Labels give a stepped border. The border is drawn where the smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // exp(−0.6 r²) as product of axes; r: voxels
+      float weight[3][5];  // exp(−0.6 r²) as a product over the axes; r: voxels
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -226,12 +228,13 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Coordinates are positive here, so conversion rounds down.
+    // The coordinates are positive here, so the conversion rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
     if (translucent(outside)) v.lesion = nearness_of_caries(volume, start, inward, lesion_reach);
-    // Dentin beside enamel: enamel of thickness zero over dentin, so the interpolated colour has no step.
+    // Dentin beside enamel is drawn as enamel of thickness zero over dentin, so that the interpolated colour has no
+    // step.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
@@ -242,7 +245,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       continue;
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // A deeper tissue begins between the last two points: bisection to an eighth of a voxel.
+      // A deeper tissue begins between the last two points; bisection finds its depth to an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);

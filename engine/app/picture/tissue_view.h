@@ -1,5 +1,5 @@
-// Changed bricks as triangles for the renderer: a mesh's own (mesh_lod, vertex), or meshed from the distance field. The
-// tissue's thread only.
+// Converts changed bricks to triangles for the renderer: the triangles of a contact model (mesh_lod, vertex), or meshed
+// from the distance field. Only the thread that owns the tissue.
 #pragma once
 
 #include <filesystem>
@@ -19,32 +19,35 @@
 
 namespace typodont {
 
-/// With shared vertices. `tolerance`: voxels. `progress`: 0..1, may throw to stop.
+/// Makes the surface as one mesh with shared vertices. `tolerance`: voxels. `progress`: called with 0 to 1; may throw
+/// to stop.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
-/// From TissueSurface::mesh. Voxels of `frame`.
+/// Makes one mesh from TissueSurface::mesh, in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// Can be saved while the carver goes on.
+/// A copy of tissue to save while the carver continues.
 struct TissueCopy {
   haptics::TissueVolume volume;
-  std::optional<haptics::TissueMesh> own;  // if it is a mesh
+  std::optional<haptics::TissueMesh> own;  // the tissue's own mesh, if the contact model uses one
 };
 TissueCopy copy_of(haptics::Carver& carver);
-/// `file` (.vdb), and for a mesh NAME_surface.stl in mm beside it. Throws Error.
+/// Saves the tissue in `file` (.vdb), and its own mesh, if it has one, in NAME_surface.stl (mm) beside it. Throws
+/// Error.
 void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels from the surface. `drawn_as`: look of each tissue, to hide a lesion.
+  /// `tolerance`: largest distance between mesh and surface, voxels. `drawn_as`: how each tissue is drawn, for example
+  /// to hide a lesion.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// All bricks first, later the changed ones. m from the volume's origin.
+  /// The first call returns all bricks, each later call the changed ones. Positions in m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// The same for the carver's tissue, with its own triangles if it is a mesh.
+  /// Changed bricks of the carver's tissue. If the contact model has its own mesh, they show its triangles.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Later updates mesh some existing bricks again.
+  /// Changes the tolerance. Later updates mesh the existing bricks again, some at a time.
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
@@ -52,23 +55,23 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Vertex::lesion. Voxels of the present label blocks; `inward`: unit vector.
+  /// Value of Vertex::lesion. `start`, `reach`: voxels, in the current label blocks; `inward`: unit vector.
   float nearness_of_caries(const haptics::TissueVolume& volume, const glm::vec3& start, const glm::vec3& inward,
                            float reach);
-  /// Vertex::cut and Vertex::thin.
+  /// Sets Vertex::cut and Vertex::thin.
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // around the present update's bricks
-  SolidBlocks solid_;   // the same: which samples are in tissue
+  LabelBlocks labels_;  // labels around the bricks of the current update
+  SolidBlocks solid_;   // which samples around these bricks are in tissue
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
-  bool another_tolerance_ = false;    // changed since the last update
-  std::vector<glm::ivec3> outdated_;  // not yet at the new tolerance
-  std::vector<glm::ivec3> stained_;   // bricks with Vertex::lesion
-  std::vector<glm::ivec3> stale_;     // of these, with changed neighbours
+  bool another_tolerance_ = false;    // true: the tolerance has changed since the last update
+  std::vector<glm::ivec3> outdated_;  // bricks that are not yet meshed with the new tolerance
+  std::vector<glm::ivec3> stained_;   // bricks with vertices near caries (Vertex::lesion)
+  std::vector<glm::ivec3> stale_;     // those of stained_ whose neighbours have changed
 };
 
 }  // namespace typodont

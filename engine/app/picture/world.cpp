@@ -53,7 +53,7 @@ void World::restart(bool debris) {
   start();
 }
 
-/// Moves everything that moves by itself up to the time t.
+/// Advances everything that moves by itself to the time t.
 void World::reach(Nanos t) {
   if (!started_) return;
   for (; next_ < t; next_ += kStep) step(next_);
@@ -144,9 +144,9 @@ void WorldReader::Next<Event>::fetch(int rank) {
   waits = true;
   const auto time = [&](const auto& e) {
     if constexpr (requires { e.t; }) return e.t;
-    return order.first;  // no time of its own: directly after the event before it
+    return order.first;  // an event without time directly follows the event before it
   };
-  constexpr int kTickRank = 4;  // what belongs to a tick comes before it
+  constexpr int kTickRank = 4;  // the tick comes after everything that belongs to it
   if constexpr (requires { std::variant_size<Event>::value; }) {
     order = {std::visit(time, event), rank};
     if constexpr (std::is_same_v<Event, ServoEvent>)

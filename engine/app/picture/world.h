@@ -1,4 +1,4 @@
-// What can be seen of a session besides its tissue, at one time: a fold over the session's events. Equal events give
+// Everything visible in a session at one time, except its tissue, computed from the session's events. Equal events give
 // equal pictures, whoever draws them. For one thread.
 #pragma once
 
@@ -34,14 +34,14 @@ class World {
   World(const Scene& scene, std::shared_ptr<const haptics::SoftSurface> gum);
   World(const World&) = delete;
   World& operator=(const World&) = delete;
-  /// Adds chips, water and suction. `tissue`: at the start of the session; used only here.
+  /// Adds chips, water and suction. `tissue`: tissue at the session's start; used only in this call.
   void add_debris(const haptics::TissueVolume& tissue);
-  /// Goes back to the start of the session. `debris`: false: from now on without chips and water.
+  /// Goes back to the start of the session. `debris`: if false, there are no chips and no water from now on.
   void restart(bool debris = true);
 
   /// Sets the tool before the first tick.
   void place(const ServoTick& tick) { tick_ = readout_ = tick; }
-  // Events, in the order of their time. A cut and a piece come before their tick.
+  // Apply events in the order of their time. A cut and a loose piece come before their tick.
   void apply(const ServoEvent& event);
   void apply(const CarverEvent& event);
   void apply(const ViewEvent& event);
@@ -49,7 +49,7 @@ class World {
   void apply(const Cut& cut);
   void apply(const LoosePiece& piece);
   void apply(const WaterSwitch& water);
-  /// The pose of the second hand, which holds the mouth mirror or the suction tip.
+  /// Applies the pose of the second hand, which holds the mouth mirror or the suction tip.
   void apply(const haptics::HandSample& left);
   void hold(const MouthMirror& mirror) { mirror_ = mirror; }
   /// Sets a line of text over the picture.
@@ -59,17 +59,17 @@ class World {
   const Surroundings& surroundings() const { return around_; }
   std::span<const haptics::Tool> tools() const { return haptics::tool_set(scene_.servo); }
   const ServoTick& tick() const { return tick_; }
-  /// Returns the tool of the newest tick.
+  /// The tool of the newest tick.
   const haptics::Tool& tool() const { return tools()[std::min<std::size_t>(tick_.tool, tools().size() - 1)]; }
-  /// Returns the tick whose numbers the text shows.
+  /// The tick whose numbers the text shows.
   const ServoTick& readout() const { return readout_; }
   const std::string& notice() const { return notice_; }
   double angle() const { return angle_; }  // rad, rotation of the bur about its axis
   MouthMirror mirror() const;
   const SuctionTip& suction_tip() const { return tip_; }
   const WaterSwitch& water() const { return water_; }
-  double suction_flow() const { return water_.suction ? nozzle_.flow : 0; }        // m³/s
-  DebrisView* debris() { return debris_ && shows_debris_ ? &*debris_ : nullptr; }  // null: none
+  double suction_flow() const { return water_.suction ? nozzle_.flow : 0; }        // m³/s, flow of the suction
+  DebrisView* debris() { return debris_ && shows_debris_ ? &*debris_ : nullptr; }  // null: no debris is shown
   const DebrisView* debris() const { return debris_ && shows_debris_ ? &*debris_ : nullptr; }
   const SoftGumView* gum() const { return gum_ ? &*gum_ : nullptr; }
 
@@ -87,7 +87,7 @@ class World {
   MouthMirror mirror_;
   SuctionTip tip_;
   WaterSwitch water_;
-  debris::Suction beside_, nozzle_;  // suction nozzle at the start, and now
+  debris::Suction beside_, nozzle_;  // suction nozzle at the start, and current one
   ServoTick tick_, readout_;
   std::string notice_;
   double angle_ = 0;
@@ -96,8 +96,8 @@ class World {
   bool started_ = false;  // true after the first tick
 };
 
-/// Folds a session's tapes into a World, in the order of their times. The result does not depend on how often read() is
-/// called.
+/// Applies the events of a session's tapes to a World, in the order of their times. The result does not depend on how
+/// often read() is called.
 class WorldReader {
  public:
   /// World and tapes must outlive this object.
@@ -105,7 +105,7 @@ class WorldReader {
       : world_(world), servo_(tapes.servo), carver_(tapes.carver), view_(tapes.view), left_(tapes.left) {}
   /// Applies the new events.
   void read();
-  /// Number of the servo's events that were overwritten before they were read.
+  /// Number of the servo's events overwritten before they were read.
   std::uint64_t lost() const { return servo_.reader.lost(); }
 
  private:
@@ -128,8 +128,8 @@ class WorldReader {
   Next<haptics::HandSample> left_;
 };
 
-/// Returns the speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as
-/// seen from the shank, when they enter.
+/// The speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as seen
+/// from the shank, when they enter.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 }  // namespace typodont

@@ -19,24 +19,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kNearTooth = 10e-3;    // m from the implant, search for teeth
+constexpr double kNearTooth = 10e-3;    // m, distance from the implant where teeth are searched
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
-// m between searched points
+// Distance between searched points, m.
 constexpr double kToothStep = 0.25e-3;
-// m from the implant, part of the canal in a plan
+// Distance from the implant up to which the canal is part of a plan, m.
 constexpr double kCanalReach = 25e-3;
-// m between tried positions
+// Distance between tried positions of the implant, m.
 constexpr double kGrid = 1e-3;
-constexpr double kBelowCrest = 0.5e-3;  // m, platform of a proposal below the ridge
-constexpr double kRidge = 10e-3;        // m, region that gives the arch's direction
-constexpr double kOutline = 0.8;        // pixels, half width of outlines
+constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the ridge's top
+constexpr double kRidge = 10e-3;        // m, radius of the region that determines the arch's direction
+constexpr double kOutline = 0.8;        // pixels, half the width of outlines
 
-/// m between canal and implant.
+/// Distance between canal and implant, m.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
   return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
 
-/// Unchecked: the user will replace an invalid plan.
+/// Loads the tissue without checking the scene's plan, because the user will replace an invalid plan.
 haptics::TissueVolume tissue_of(Scene scene) {
   scene.implant.reset();
   haptics::TissueVolume volume = load_tissue(scene);
@@ -186,7 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // More surface in bone is better; ties go by canal and teeth.
+      // More surface in bone is better. Positions with equal surface are compared by canal and teeth.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =
@@ -210,7 +210,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  // rad from u to the main axis of the bone's section
+  // Angle from u to the bone section's main axis, rad.
   const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;
@@ -219,16 +219,16 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
 PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
   const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  // Half a millimetre below the platform, so that it meets bone.
+  // The third section is half a millimetre below the platform, so that it contains bone.
   const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
   return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
           SectionPlane{level, along, across, width, width}};
 }
 
 render::Picture ImplantPlanner::picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const {
-  constexpr double kBrightest = 2500;  // Hounsfield units; voxels with at least this value are drawn white
+  constexpr double kBrightest = 2500;  // Hounsfield units; voxels from this value on are drawn white
   const glm::dvec3 kImplant(70, 200, 235), kCanal(240, 150, 50), kLeaves(235, 60, 50);
-  // Selects the parts of the canals that the plane may intersect.
+  // Selects the canals' parts that the plane may intersect.
   std::vector<NerveCanal> near;
   const dvec3 normal = glm::cross(plane.right_W, plane.up_W);
   for (const NerveCanal& canal : canals_) {

@@ -13,7 +13,7 @@ namespace typodont {
 
 namespace {
 
-/// Returns the middle of the tissue's top, m.
+/// The middle of the tissue's top, m.
 dvec3 top_of(const haptics::DenseTissue& tissue) {
   glm::ivec3 lo(tissue.size), hi(-1), at;
   for (at.x = 0; at.x < tissue.size.x; ++at.x)
@@ -23,7 +23,7 @@ dvec3 top_of(const haptics::DenseTissue& tissue) {
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
 }
 
-/// Returns a task in which cuts inside the boxes are damage.
+/// A task in which cuts inside the boxes are damage.
 nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegion>& boxes) {
   nlohmann::ordered_json task = {
       {"goal",
@@ -35,7 +35,7 @@ nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegio
     return nlohmann::ordered_json{mm.x, mm.y, mm.z};
   };
   for (const haptics::ImportRegion& box : boxes) {
-    // m, so that the box holds the surface's voxels
+    // Margin by which a box is larger, so that it contains the voxels of the surface, m.
     constexpr double kWider = 0.05e-3;
     task["protect"].push_back(
         {{"box", {{"center_mm", in_mm(0.5 * (box.lo + box.hi))}, {"size_mm", in_mm(box.hi - box.lo + 2 * kWider)}}}});
@@ -82,7 +82,7 @@ void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported
   tissue.place.X_FW = tissue.place.X_FW * Pose{-move, {1, 0, 0, 0}};
   imported.report.lo += move, imported.report.hi += move;
   for (dvec3& p : imported.report.repaired) p += move;
-  // Old files are replaced only after all new files are complete.
+  // Replaces old files only after all new files are complete.
   PartialFile volume(volume_beside(file), FileKind::kVolume, over), scene_file(file, FileKind::kJson, over);
   haptics::TissueVolume(tissue).save(volume.path());
   for (haptics::ImportRegion& other : imported.report.others) other.lo += move, other.hi += move;

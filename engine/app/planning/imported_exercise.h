@@ -11,25 +11,25 @@
 
 namespace typodont {
 
-/// Crown's direction in the file: +z, −z, +x, −x, +y, −y.
+/// Direction of the crown in the file: +z, −z, +x, −x, +y, −y.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
 
-/// m, where the shipped rigs look: the middle of a crown's top
+/// Place that the shipped rigs show, m: a crown's top.
 inline constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
-/// Turns for haptics::quarter_turns to +z; empty: none.
+/// Rotation that turns the crown to +z, for haptics::quarter_turns; empty: none is needed.
 const char* upright_rotation(Crown crown);
-/// Smallest angle to `up`.
+/// The direction with the smallest angle to `up`.
 Crown crown_along(const dvec3& up);
 
 struct ImportedExercise {
   std::string name, description;
   Crown crown = Crown::kUp;
-  // m before turning, goes to kCrownTop; empty: middle of the top
+  // Point that is moved to kCrownTop, m, before the rotation; empty: the middle of the top.
   std::optional<dvec3> top;
 };
 
-/// Turns and moves the tissue; writes the scene `file` and its .vdb, both or neither. Throws Error or Cancelled.
+/// Turns and moves the tissue, and writes the scene `file` and its .vdb, both or neither. Throws Error or Cancelled.
 void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported& imported,
                              const std::filesystem::path& file, Over over, Progress& progress);
 

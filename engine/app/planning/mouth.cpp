@@ -16,13 +16,13 @@ namespace typodont {
 
 namespace {
 
-/// With a distance field if there is a bite.
+/// One scan. `field` is computed only with a bite scan.
 struct Jaw {
   std::string name;
   haptics::IntraoralScan scan;
   haptics::TissueMesh surface;
   haptics::DenseTissue field;
-  Pose X_BK;  // pose of this scan in frame B of the bite scan
+  Pose X_BK;  // this scan's pose in frame B of the bite scan
   calibration::SurfaceRegistration fit;
 };
 
@@ -32,13 +32,13 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
   return sum;
 }
 
-/// Each point to the nearest jaw, in two rounds.
+/// Registers the bite scan to the jaws. Each of its points belongs to the nearest jaw. Two rounds.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
-  // m from every jaw per round; farther points are unused
+  // Distance from a jaw up to which points are used in each round, m.
   constexpr double kReach[] = {2.5e-3, 1e-3};
-  // of the points near a jaw that must agree; some belong to the other jaw's teeth
+  // Fraction of the points near a jaw that must agree with it; some points belong to the other jaw's teeth.
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
@@ -99,7 +99,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    // m: voxel, reach
+    // Voxel size and largest distance of the field, m.
     constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {

@@ -1,4 +1,5 @@
-// Scans of one mouth as one tissue. W: first scan, K: another, B: bite. Not on the servo thread. Throws Error.
+// Combines the scans of one mouth into one tissue. Frames: W: first scan, K: another scan, B: bite scan. Not for the
+// servo thread. Throws Error.
 #pragma once
 
 #include <filesystem>
@@ -13,37 +14,38 @@ namespace typodont {
 
 struct MouthFiles {
   std::vector<std::filesystem::path> scans;   // the first scan is the one that is drilled
-  std::optional<std::filesystem::path> bite;  // teeth of all scans, jaws closed
-  // m, moves the opposite jaw away for an instrument
+  std::optional<std::filesystem::path> bite;  // scan of all teeth with the jaws closed
+  // Distance by which the opposing jaw is moved away to make room for an instrument, m.
   double open = 0;
 };
 
 /// Registration of the bite scan to one of the scans.
 struct BiteFit {
-  double median = 0, most_of = 0;  // m between both surfaces
-  double predicted_error = 0;      // m, rms by the covariance
-  double area = 0;                 // m², area of the bite scan that agrees with the scan
+  double median = 0, most_of = 0;  // m, distances between the surfaces: median and 95 % quantile
+  double predicted_error = 0;      // m, root mean square error predicted by the covariance
+  double area = 0;                 // m², the bite scan's area that agrees with the scan
 };
 
 struct MouthScan {
   Pose X_WK;
   double moved = 0;            // m, displacement of this scan's middle by the bite registration
-  std::optional<BiteFit> fit;  // of the bite to this scan; empty: no bite
+  std::optional<BiteFit> fit;  // bite scan's registration to this scan; empty: none
 };
 
 struct ImportedMouth {
   haptics::Imported imported;
   std::vector<MouthScan> scans;
-  // W, from the first scan's border to its teeth; zero: unknown
+  // Unit vector from the border of the first scan to its teeth, frame W; zero: unknown.
   dvec3 up{0};
-  dvec3 top{0};  // m, W, along `up`
+  dvec3 top{0};  // m, frame W, highest point along `up`
 };
 
-/// One volume. Without a bite, one frame for all files; with it, frames within about 2 mm, and the bite is registered
-/// to each scan. Doubtful ones are refused. Bite and opening need kArch.
+/// Makes one volume of the files. Without a bite scan, all files must have the same frame. With one, their frames must
+/// agree within about 2 mm, and the bite scan is registered to each scan; doubtful registrations are refused. A bite
+/// scan or an opening needs the preset kArch.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 
-/// A name with "bite" is the bite. Throws Error for several.
+/// Sorts mesh files: a file whose name contains "bite" is the bite scan. Throws Error if there are several.
 MouthFiles mouth_files(const std::vector<std::filesystem::path>& meshes);
 
 }  // namespace typodont

@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-// m, W, in shipped scenes
+// Position of the platform in shipped scenes, m, frame W.
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
-constexpr double kSite = 15e-3;  // m, distance from the implant up to which tissue is copied
-// m, of the copy, as in shipped scenes
+constexpr double kSite = 15e-3;  // m, distance from the implant within which tissue is copied
+// Largest voxel of the copy, m, as in shipped scenes.
 constexpr double kLargestVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {
@@ -38,8 +38,8 @@ Text load_text(const fs::path& file) {
   return Text::parse(Json::load(file).text());
 }
 
-/// Around the plan, moved by `move`, at most kLargestVoxel (at 0.3 mm a widening drill would stop at the wall).
-/// Distances interpolated, labels and hardness nearest.
+/// Copies the tissue around the plan and moves it by `move`. The voxels are at most kLargestVoxel: at 0.3 mm, a
+/// widening drill would stop at the wall. Distances are interpolated; labels and hardness come from the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
   glm::ivec3 lo, hi;
@@ -68,7 +68,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
         const dvec3 place = dvec3(p) / static_cast<double>(n);
         const glm::ivec3 near(glm::round(place));
         const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
-        // Ends two voxels inside the box: closed.
+        // The tissue ends two voxels inside the box, so that its surface is closed.
         const glm::ivec3 in = glm::min(p, site.size - 1 - p);
         const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
         const std::size_t i = site.at(p.x, p.y, p.z);
@@ -81,7 +81,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   return haptics::TissueVolume(site);
 }
 
-/// Targets of exercise.json for this implant.
+/// Sets the targets of exercise.json for this implant.
 Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   Text made = Text::array();
   for (Text& rule : rules) {

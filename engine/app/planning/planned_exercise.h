@@ -1,4 +1,4 @@
-// A plan as an exercise: scene, tissue around the implant, instruments, steps.
+// Writes a plan as an exercise: scene, tissue, instruments, steps.
 #pragma once
 
 #include <filesystem>
@@ -17,12 +17,13 @@ struct PlannedExercise {
   session::ImplantPlan plan;
 };
 
-/// Checked as by a session. A volume is copied within 15 mm, voxels of at most 0.15 mm, platform where the rigs look,
-/// as .vdb beside the scene. `over`: whether read files may be replaced (never the planner's volume). Throws Error,
-/// also if the implant leaves bone, or Cancelled, with nothing changed.
+/// Writes the exercise, checked as by a session. A volume is copied up to 15 mm from the implant, with voxels of at
+/// most 0.15 mm, to a .vdb beside the scene; the platform is moved to where the rigs point. `over`: which files may be
+/// replaced (never the planner's volume).
+/// Throws Error, also if the implant leaves the bone, or Cancelled; then nothing has changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,
                             Progress& progress);
-/// Throws the Error of write_planned_exercise() if its files may not be written.
+/// Throws the Error that write_planned_exercise() would throw if its files must not be written.
 void require_planned_exercise(const Scene& scene, const std::filesystem::path& file, Over over);
 
 }  // namespace typodont

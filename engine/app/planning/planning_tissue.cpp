@@ -12,13 +12,13 @@ namespace typodont {
 
 namespace {
 
-// Hounsfield units, for pictures and means.
+// Grey values for pictures and mean values, Hounsfield units.
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
-constexpr double kShortestCanal = 8e-3;  // m, shorter nerve tissue is no canal
-constexpr double kSection = 2e-3;        // m, sections of a canal
-// of the median count; smaller sections are unused
+constexpr double kShortestCanal = 8e-3;  // m; a shorter piece of nerve tissue is no canal
+constexpr double kSection = 2e-3;        // m, length of a section of a canal
+// Fraction of the median number of voxels in a section; smaller sections are not used.
 constexpr double kWholeSection = 0.6;
-constexpr int kSlab = 16;  // number of samples along x that are copied at a time
+constexpr int kSlab = 16;  // number of samples along x copied at a time
 
 constexpr std::array<glm::ivec3, 6> kFaces{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
                                            glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
@@ -126,9 +126,10 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        // From one end, so that distances increase to the other.
+        // Measures again from one end, so that the distances increase to the other end.
         piece = distances_within_piece(piece.back().first);
-        // Steps over faces: up to √3 too long. Centres of sections give the length.
+        // Steps across voxel faces give a length that is up to √3 too large, so the length is measured along the
+        // centres of sections.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));
@@ -140,7 +141,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // Ends are oblique.
+        // The oblique sections at the ends contain fewer voxels.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];
@@ -150,7 +151,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // Volume between the end centres / length.
+        // The radius follows from the volume between the centres of the end sections, divided by the length.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

@@ -1,4 +1,4 @@
-// A jaw's labels and grey values at any point, and its nerve canals. Any thread.
+// Labels and grey values of a jaw at any point, and its nerve canals. Any thread.
 #pragma once
 
 #include <cstdint>
@@ -13,30 +13,30 @@
 
 namespace typodont {
 
-/// m, W.
+/// All positions in m, frame W.
 class PlanningTissue {
  public:
-  /// Labels and hardness; above kMostSamples only every n-th voxel.
+  /// Copies labels and hardness; above kMostSamples voxels, only every n-th.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMostSamples = 1e8;
 
-  /// Nearest sample; kAir outside.
+  /// Tissue of the nearest sample; kAir outside of the volume.
   Tissue at(const dvec3& p_W) const;
-  /// Hounsfield units: of the tissue × hardness; −1000 in air.
+  /// Grey value, Hounsfield units: that of the tissue, multiplied by the hardness; −1000 in air.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
 
-  double spacing() const { return frame_.voxel; }  // returns the distance (m) between two neighbouring samples
+  double spacing() const { return frame_.voxel; }  // the distance (m) between two neighbouring samples
   dvec3 lo_W() const { return frame_.to_world(dvec3(0)); }
   dvec3 hi_W() const { return frame_.to_world(dvec3(size_ - 1)); }
 
-  /// Connected nerve tissue in bone, 8 mm or longer, as centres at most 2 mm apart.
+  /// Nerve canals: connected nerve tissue in bone, at least 8 mm long, as centre points at most 2 mm apart.
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Nearest; the number of samples outside the box.
+  /// Index of the nearest sample; outside the box: number of samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *
@@ -46,7 +46,7 @@ class PlanningTissue {
   bool inside(const glm::ivec3& p) const {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
-  /// Path lengths in samples from `from` within one tissue, ascending.
+  /// Path lengths from `from` within one tissue, in samples, ascending.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 
   VoxelFrame frame_;

@@ -13,9 +13,9 @@ namespace typodont {
 
 namespace {
 
-// m per axis, of picked points
+// Standard deviation of a picked point along each axis, m.
 constexpr double kClickNoise = 0.5e-3;
-constexpr double kPointSpacing = 0.25e-3;  // m between registration points
+constexpr double kPointSpacing = 0.25e-3;  // m, distance between registration points
 constexpr double kLeastPoints = 2000, kMostPoints = 40000;
 
 const glm::vec3 kScanColor(225, 205, 190), kToothColor(240, 230, 200), kBoneColor(150, 170, 155), kUnknown(120);
@@ -28,7 +28,7 @@ calibration::RegistrationResult register_picks(const std::vector<dvec3>& points_
   calibration::RegistrationOptions options;
   options.known_sigma = kClickNoise;
   calibration::RegistrationResult start = calibration::register_points(points_S, points_C, options);
-  // Rough here: the fine registration judges.
+  // Only a rough check; the fine registration is checked exactly.
   const calibration::Defect defect = start.degeneracy.defect;
   if (defect != calibration::Defect::kNone && defect != calibration::Defect::kNoise) {
     throw Error(place, "",
@@ -68,7 +68,7 @@ bool is_of_tooth(Tissue t) {
          t == Tissue::kComposite;
 }
 
-/// Green to 0.1 mm, yellow at 0.3 mm, red from 0.6 mm.
+/// Colour of a distance: green up to 0.1 mm, yellow at 0.3 mm, red from 0.6 mm.
 glm::vec3 distance_color(double distance) {
   const double mm = std::abs(distance) / kMillimetre;
   const glm::vec3 good(90, 200, 120), fair(240, 210, 80), bad(230, 80, 70);
@@ -92,7 +92,7 @@ ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std
   ct_mesh_ = haptics::TissueVolume(*ct_).extract_mesh();
   for (const Tissue t : ct_mesh_.tissue) ct_colors_.push_back(is_of_tooth(t) ? kToothColor : kBoneColor);
   views_[kScan] = SurfacePicture(scan_mesh_, std::vector<glm::vec3>(scan_mesh_.triangles.size(), kScanColor));
-  // Against the mean normal: its outer side.
+  // Looks against the mean normal, at the outer side.
   dvec3 normal(0);
   for (const glm::uvec3& t : scan_mesh_.triangles)
     normal += glm::cross(scan_mesh_.vertices[t.y] - scan_mesh_.vertices[t.x],
@@ -101,7 +101,7 @@ ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std
   const dvec3 look = length > 0 ? -normal / length : dvec3(0, 0, -1);
   views_[kScan].look_along(look, std::abs(look.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0));
   show_ct();
-  // From bone to teeth: the crowns.
+  // Looks from the teeth towards the bone, so that the crowns are visible.
   dvec3 tooth(0), all(0);
   double teeth = 0;
   for (std::size_t t = 0; t < ct_mesh_.triangles.size(); ++t) {

@@ -1,4 +1,4 @@
-// An intraoral scan (frame S) on the teeth of a cone beam CT (frame C): registration and picking.
+// Registers an intraoral scan (frame S) to the teeth of a cone beam CT (frame C), with points that the user picks.
 #pragma once
 
 #include <array>
@@ -17,42 +17,44 @@
 namespace typodont {
 
 struct ScanRegistration {
-  calibration::RegistrationResult start;  // by the picked points
-  /// by the surfaces; the solver's X_DS is X_CS
+  calibration::RegistrationResult start;  // registration by the picked points
+  /// Registration of the surfaces; its pose X_DS is X_CS here.
   calibration::SurfaceRegistration fine;
 };
 
-/// Pairs of points (m), then surfaces. `place`, `file`: for messages. Throws Error without a reliable pose.
+/// Registers the scan: first by pairs of points (m), then by the surfaces. `place`, `file`: for messages. Throws Error
+/// if no reliable pose is found.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
 
-/// Both surfaces with picked points. Main thread, unless stated.
+/// Both surfaces with the picked points. Main thread, unless stated otherwise.
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };
   static constexpr std::size_t kLeastPairs = 3;
 
-  /// Closes the scan, extracts the CT's surface. Any thread. `unit`: m. Throws Error.
+  /// Closes the scan's mesh, and extracts the CT's surface. Any thread. `unit`: unit of the mesh, m. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
 
   SurfacePicture& view(Side side) { return views_[side]; }
   const SurfacePicture& view(Side side) const { return views_[side]; }
   const std::vector<dvec3>& points(Side side) const { return points_[side]; }
-  /// `place` in the last picture of `side`. False: no surface there, or the other picture's turn.
+  /// Picks the point at `place` in the last picture of `side`. False: no surface there, or a point in the other picture
+  /// must come next.
   bool pick(Side side, const dvec2& place);
   void drop_last();  // removes the point that the user picked last
   bool can_register() const {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }
 
-  /// Any thread, while nothing else changes this. Throws Error.
+  /// The registration by the picked points. Any thread, while nothing else changes this object. Throws Error.
   ScanRegistration registered() const;
-  /// Coloured by distance. Another pick discards it.
+  /// Shows a registration in colours of distance. Picking another point discards it.
   void show(ScanRegistration registration);
   const std::optional<ScanRegistration>& registration() const { return registration_; }
-  /// CT with the scan's crowns, after a registration. Any thread, while nothing else changes this. Throws Error or
-  /// Cancelled.
+  /// The CT with the crowns of the scan; needs a registration. Any thread, while nothing else changes this object.
+  /// Throws Error or Cancelled.
   haptics::Fused fused(Progress& progress) const;
 
  private:
@@ -66,7 +68,7 @@ class ScanFusion {
   std::vector<glm::vec3> ct_colors_;
   std::array<SurfacePicture, 2> views_;
   std::array<std::vector<dvec3>, 2> points_;
-  std::vector<Side> order_;  // the side of each picked point, in the order of picking
+  std::vector<Side> order_;  // each picked point's side, in the order of picking
   std::optional<ScanRegistration> registration_;
 };
 

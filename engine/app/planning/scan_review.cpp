@@ -11,14 +11,14 @@ namespace typodont {
 namespace {
 
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
-// widest view / scan: leaves a margin
+// Width of the widest view, divided by the width of the scan; leaves a margin.
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
-// samples of a preview of about a second
+// Number of samples for a preview in about a second.
 constexpr double kCoarseSamples = 4e5;
-// voxels of distance; a preview needs only labels
+// Band of stored distances, voxels; a preview needs only labels.
 constexpr double kCoarseBand = 2;
-constexpr double kTooth = 30e-3;                // m, longer than a single tooth
+constexpr double kTooth = 30e-3;                // m; longer than a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
@@ -77,7 +77,7 @@ void ScanReview::set_width(double width) {
 }
 
 ScanPlanes ScanReview::planes() const {
-  // The observer faces the patient; head up.
+  // The observer faces the patient; the head points up.
   const double to_left = scan_->space() == "RAS" ? -1 : 1, to_back = to_left;
   const dvec3 left(to_left, 0, 0), back(0, to_back, 0), head(0, 0, 1);
   const auto plane = [&](std::size_t section, const dvec3& right, const dvec3& up) {
@@ -175,13 +175,13 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  // undone corrections belong to the old labels
+  // Removes undone corrections, which belong to the old labels.
   steps_.resize(done_);
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // Replacements of the tissue cannot be repeated.
+  // Replacements of the tissue cannot be repeated on new labels.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }
@@ -189,7 +189,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
 void ScanReview::give_up(const LabelRequest& request) {
   if (request.revision != revision_) return;
   if (request.detail == LabelDetail::kFull)
-    full_wanted_ = false;  // until the user asks for them again
+    full_wanted_ = false;  // until the user requests full labels again
   else
     given_up_ = LabelDetail::kCoarse;
 }
@@ -252,7 +252,7 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  // weight of the label's colour; brightness outside the region
+  // Weight of the label's colour; brightness outside of the region.
   constexpr double kColour = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();

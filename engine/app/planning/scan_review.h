@@ -1,5 +1,5 @@
-// A scan before import: three sections, region, preview of labels, corrections with undo. No window or thread: the
-// caller computes requested labels. Main thread. m, file frame F.
+// A scan before its import: three sections, region, preview of labels, corrections with undo. Has no window and no
+// thread: the caller computes requested labels. Main thread. Positions in m, in the file's frame F.
 #pragma once
 
 #include <array>
@@ -20,13 +20,13 @@ namespace typodont {
 inline constexpr std::size_t kScanSections = 3;
 using ScanPlanes = std::array<SectionPlane, kScanSections>;
 
-/// None, fewer samples, all voxels.
+/// The labels' detail: none, from fewer samples, for all voxels.
 enum class LabelDetail { kNone, kCoarse, kFull };
 
-/// A request for tissue labels. The caller computes them with ScanVolume::import(options).
+/// A request for tissue labels, computed with ScanVolume::import().
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // of the region and preset
+  std::uint64_t revision = 0;  // revision of region and preset
   haptics::ImportOptions options;
 };
 
@@ -38,65 +38,68 @@ class ScanReview {
 
   // All sections pass through the crosshair.
   const dvec3& crosshair() const { return crosshair_; }
-  /// Or the nearest point inside.
+  /// Moves the crosshair to p_F, limited to the scan.
   void look_at(const dvec3& p_F);
   /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
-  /// m, from 10 mm to the scan; a change centres the crosshair.
+  /// Width of the sections, m, from 10 mm to the whole scan. A change moves the crosshair to the centre.
   double width() const { return width_; }
   double whole_width() const { return whole_; }
   void set_width(double width);
   ScanPlanes planes() const;
-  /// R and L, or A and P; empty: unknown orientation.
+  /// Letters for the patient's sides in the picture: R and L, or A and P. Empty if the orientation is unknown.
   std::array<std::string_view, 2> sides(std::size_t section) const;
 
-  // Functions for the region of the scan that will be imported.
+  // Functions for the region of the scan to import.
   const haptics::ImportRegion& region() const { return region_; }
-  /// Within the scan, at least 3 mm wide.
+  /// Sets the region; it is limited to the scan, and at least 3 mm wide.
   void set_region(const haptics::ImportRegion& region);
-  /// Faces of the region within `reach` (m) of p_F in this section: −1 lower, +1 upper, 0 none, per axis.
+  /// Faces of the region closer than `reach` (m) to p_F in this section. For each axis: −1 lower, +1 upper, 0 none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
-  /// Only coarse labels meanwhile.
+  /// While the user drags a face, requests only coarse labels.
   void set_dragging(bool dragging);
 
   // Functions for the tissue labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// In the scan's voxels; requested automatically after dragging.
+  /// Requests labels for all voxels. Automatic after dragging.
   void want_full() { full_wanted_ = true; }
-  /// Coarse before full; empty: nothing missing.
+  /// Next request: coarse before full labels. Empty: nothing is missing.
   std::optional<LabelRequest> request() const;
-  /// Labels of an earlier region count only if coarse and no current full ones exist. Corrections are repeated on full
-  /// ones.
+  /// Takes computed labels. Labels of an earlier region are used only if they are coarse and there are no current full
+  /// ones. Corrections are repeated on full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
-  /// Coarse ones are not requested again for this region; full ones after want_full().
+  /// States that a request failed. Coarse labels are not requested again for this region, full ones only after
+  /// want_full().
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
-  /// Labels are of the present region and preset.
+  /// True if the labels fit the current region and preset.
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
-  /// Returns the tissue labels; null if none are computed yet.
+  /// The tissue labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
-  const PerTissue& volumes() const { return volumes_; }  // returns the volume (m³) of each tissue
-  /// Returns the options for importing the region with full tissue labels.
+  const PerTissue& volumes() const { return volumes_; }  // the volume (m³) of each tissue
+  /// The options for importing the region with full tissue labels.
   haptics::ImportOptions options() const;
 
-  // Need full labels of the present region.
+  // Corrections need full labels of the current region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
-  /// `joins`: undone together with the last one, as parts of a stroke.
+  /// Corrects the labels. `joins`: the correction is undone together with the last one, as parts of one stroke.
   void correct(const haptics::Correction& correction, bool joins = false);
   bool can_undo() const { return can_correct() && done_ > 0; }
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
   void undo();
   void redo();
-  /// On the same grid, such as with a scan's crowns. Can be undone; lost when labels are computed again.
+  /// Replaces the tissue by one on the same grid, for example with the crowns of an intraoral scan. Can be undone; lost
+  /// when labels are computed again.
   void replace(haptics::DenseTissue tissue);
-  /// Not undone, in order; without replace().
+  /// The corrections that are not undone, in order, without replace().
   std::vector<haptics::Correction> corrections() const;
 
-  /// Greys with label colours, darker outside the region. `pixels`: of the picture.
+  /// Picture of a section: grey values with the labels' colours, darker outside of the region. `pixels`: side of the
+  /// picture.
   render::Picture picture(const SectionPlane& plane, int pixels) const;
-  /// Increases when picture() or planes() changes.
+  /// Increases whenever picture() or planes() would change.
   std::uint64_t changes() const { return changes_; }
 
  private:
@@ -110,7 +113,7 @@ class ScanReview {
 
   std::shared_ptr<const haptics::ScanVolume> scan_;
   dvec3 crosshair_, centre_;
-  double whole_ = 0, width_ = 0;  // m: scan; shown part
+  double whole_ = 0, width_ = 0;  // m: width of the scan; width of the shown part
   haptics::ImportRegion region_;
   haptics::ImportPreset preset_ = haptics::ImportPreset::kTooth;
   bool dragging_ = false, full_wanted_ = false;
@@ -124,7 +127,7 @@ class ScanReview {
   std::uint64_t changes_ = 0;
 };
 
-/// sRGB 0..255.
+/// Colour of a label, sRGB, 0 to 255.
 glm::dvec3 label_color(Tissue tissue);
 
 }  // namespace typodont

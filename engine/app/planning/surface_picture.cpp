@@ -29,7 +29,7 @@ void SurfacePicture::look_like(const SurfacePicture& other) {
 }
 
 void SurfacePicture::turn(const dvec2& by) {
-  constexpr double kTurn = 3.5;  // rad per drag across the picture
+  constexpr double kTurn = 3.5;  // rad, rotation for a drag across the whole picture
   const dquat R = glm::angleAxis(-kTurn * by.x, up_) * glm::angleAxis(-kTurn * by.y, right_);
   look_along(glm::normalize(R * look_), R * up_);
 }
@@ -60,7 +60,7 @@ render::Picture SurfacePicture::draw(int pixels) {
   depth_.assign(count, kNothing);
   render::Picture picture{{pixels, pixels}, std::vector<std::uint8_t>(4 * count, kGround)};
   for (std::size_t i = 0; i < count; ++i) picture.rgba[4 * i + 3] = 255;
-  // Projects the vertices: x and y in pixels, depth in m.
+  // Projects vertices: x and y in pixels, depth in m.
   std::vector<glm::vec3> seen;
   seen.reserve(mesh_.vertices.size());
   for (const dvec3& p : mesh_.vertices) {
@@ -81,7 +81,7 @@ render::Picture SurfacePicture::draw(int pixels) {
     const dvec3 &p = mesh_.vertices[c.x], &q = mesh_.vertices[c.y], &r = mesh_.vertices[c.z];
     const dvec3 normal = glm::cross(q - p, r - p);
     const double length = glm::length(normal);
-    // From both sides: a scan's back is visible.
+    // Lights both sides: the back of a scan is visible.
     const double lit = length > 0 ? std::abs(glm::dot(normal, light)) / length : 0;
     const glm::vec3 color = colors_[t] * static_cast<float>(0.25 + 0.75 * lit);
     for (int y = y0; y <= y1; ++y) {

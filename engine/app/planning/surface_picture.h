@@ -1,4 +1,4 @@
-// A surface on the CPU, turned and picked by the user. Main thread.
+// Draws a surface on the CPU; the user turns it and picks points on it. Main thread.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,30 @@ namespace typodont {
 
 using glm::dvec2;
 
-/// Orthographic; m in the mesh's frame. Places: fractions from the top left.
+/// An orthographic view. Positions in m, in the mesh's frame. Places in the picture are fractions from the top left
+/// corner.
 class SurfacePicture {
  public:
   SurfacePicture() = default;
-  /// `colors`: one colour per triangle, sRGB 0..255.
+  /// `colors`: colour of each triangle, sRGB, 0 to 255.
   SurfacePicture(haptics::TissueMesh mesh, std::vector<glm::vec3> colors);
 
-  /// Along `look` (unit); `up` points up.
+  /// Looks along `look` (unit); `up` points up in the picture.
   void look_along(const dvec3& look, const dvec3& up);
-  /// The same side as `other`.
+  /// Uses the direction of view of `other`.
   void look_like(const SurfacePicture& other);
-  /// Dragged by fractions of the picture.
+  /// Turns the surface. `by`: drag, in fractions of the picture.
   void turn(const dvec2& by);
   void zoom(double factor);  // zooms; with a factor above 1, the surface appears larger
 
-  /// Square; at() refers to it from now on.
+  /// Draws a square picture, used by at() from now on.
   render::Picture draw(int pixels);
-  /// Surface at `place` of the last picture; empty: none.
+  /// Point of the surface at `place` in the last picture; empty: no surface there.
   std::optional<dvec3> at(const dvec2& place) const;
-  /// Where the present view shows p.
+  /// Place of point p in the current view.
   dvec2 place_of(const dvec3& p) const;
 
-  /// In the same frame.
+  /// Adds a mesh in the same frame.
   void add(const haptics::TissueMesh& mesh, const std::vector<glm::vec3>& colors);
   const haptics::TissueMesh& mesh() const { return mesh_; }
 
@@ -47,7 +48,7 @@ class SurfacePicture {
   double extent_ = 1;  // m, width of the region that the picture shows
   dvec3 right_{1, 0, 0}, up_{0, 0, 1}, look_{0, 1, 0};
   int pixels_ = 0;
-  std::vector<float> depth_;  // m from centre_ along look_, per pixel
+  std::vector<float> depth_;  // m, depth of each pixel from centre_, along look_
   dvec3 drawn_right_{1, 0, 0}, drawn_up_{0, 0, 1}, drawn_look_{0, 1, 0};
   double drawn_extent_ = 1;
 };

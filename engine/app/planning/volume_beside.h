@@ -1,4 +1,4 @@
-// The volume that is written beside an exercise.
+// The volume that is written beside an exercise's scene file.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,10 @@
 
 namespace typodont {
 
-/// The same name with .vdb.
+/// The volume's path: the scene's path with extension .vdb.
 std::filesystem::path volume_beside(const std::filesystem::path& file);
 
-/// Throws Error, unless new or named by the existing exercise.
+/// Throws Error unless the volume is new, or belongs to the existing exercise.
 void require_volume_beside(const std::filesystem::path& file, Over over);
 
 }  // namespace typodont

@@ -11,8 +11,8 @@ namespace typodont {
 
 namespace {
 
-// N/m, stiffness of the tool. The recorded poses already contain its displacement by the gum. With this large
-// stiffness, the gum does not displace the tool a second time.
+// Stiffness of the tool, N/m. The recorded poses include its displacement by the gum; with this large stiffness, the
+// gum does not displace it a second time.
 constexpr double kRigid = 1e6;
 constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file, or written, at a time
 
@@ -57,7 +57,7 @@ bool FileSource::advance(Nanos t) {
   return tick_ != first;
 }
 
-/// Null at the end of the session.
+/// The file's next tick; null at the session's end.
 const ServoTick* FileSource::next_tick() {
   if (tick_ >= session_.tick_count()) return nullptr;
   if (tick_ < block_first_ || tick_ >= block_first_ + block_.size()) {

@@ -1,5 +1,5 @@
-// A recorded session as a source: writes the events of the file to tapes. A recording does not contain the soft gum: at
-// each tick, the tool is placed at the pose at which it was drawn, where it presses and cuts the gum.
+// A recorded session as a source: writes the file's events to tapes. The soft gum is not recorded: at each tick, the
+// tool is placed at its drawn pose, where it presses and cuts the gum.
 #pragma once
 
 #include <memory>
@@ -19,14 +19,14 @@ class FileSource {
   /// Session and scene must outlive this object.
   FileSource(const session::SessionReader& session, const Scene& scene);
 
-  /// Writes the next events up to the time t, at most those of a second, so that no reader is overtaken. Returns false
-  /// if there is none: while (source.advance(t)) reader.read();
+  /// Writes the next events up to the time t, at most those of one second, so that no reader is overtaken. False if
+  /// there are none. Use: while (source.advance(t)) reader.read();
   bool advance(Nanos t);
-  /// The next advance() begins again with the first tick.
+  /// Starts again: the next advance() begins with the first tick.
   void rewind();
 
   const Tapes& tapes() const { return *tapes_; }
-  /// The soft gum at rest; null if the gum is rigid.
+  /// The soft gum at rest; null: the gum is rigid.
   const std::shared_ptr<const haptics::SoftSurface>& gum() const { return surface_; }
 
  private:
@@ -42,10 +42,10 @@ class FileSource {
   std::optional<GumWriter> gum_writer_;
   std::vector<LoosePiece> pieces_;
   const session::StreamData *water_ = nullptr, *left_hand_ = nullptr;
-  // indices of the next events
+  // Indices of the next events.
   std::uint64_t tick_ = 0;
   std::size_t cut_ = 0, piece_ = 0, switch_ = 0, left_ = 0;
-  std::vector<ServoTick> block_;  // ticks from block_first_ on
+  std::vector<ServoTick> block_;  // ticks of the file, beginning with index block_first_
   std::uint64_t block_first_ = 0;
 };
 

@@ -21,8 +21,8 @@ RecordedTissue::RecordedTissue(const session::SessionReader& session, const Scen
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Two threads recorded these changes, and their clocks may differ. So a time may be smaller than the time before it.
-  // Such times are increased; the recorded order of the changes stays.
+  // Two threads with different clocks recorded these changes, so a time may be smaller than the one before it. Such
+  // times are increased; the recorded order does not change.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
 }
 
@@ -43,7 +43,7 @@ void RecordedTissue::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // A recording with gaps lacks cuts, but the carver expects consecutive numbers.
+      // Recordings with gaps lack cuts; the carver expects consecutive numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -67,7 +67,7 @@ void RecordedTissue::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // The carver drops a stroke that changed nothing. Then there is nothing to undo.
+      // The carver drops a stroke that changed nothing; then there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

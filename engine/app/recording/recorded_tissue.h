@@ -17,29 +17,29 @@ class RecordedTissue {
   /// `start`: tissue before the first tick. Session and scene must outlive this object. Throws Error.
   RecordedTissue(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
 
-  /// Forward: applies the cuts and edits up to the time t. Backward: undoes all strokes that end after t. If the first
-  /// of these strokes began before t, its cuts before t are then applied again.
+  /// Forward: applies the cuts and edits up to the time t. Backward: undoes all strokes that end after t; if the first
+  /// of them began before t, applies its cuts before t again.
   void seek(Nanos t);
   haptics::Carver& carver() { return *carver_; }
   const haptics::Carver& carver() const { return *carver_; }
-  /// Those in the present tissue, in order: without undone strokes.
+  /// The cuts that the current tissue contains, in order, without undone strokes.
   std::vector<const Cut*> cuts() const;
-  /// Number of times that seek() has begun again with the initial tissue.
+  /// How often seek() has begun again with the initial tissue.
   int restarts() const { return restarts_; }
 
  private:
-  /// A change of the tissue: a cut, or an edit (undo or redo).
+  /// A change of tissue: a cut, an undo or a redo.
   struct Deed {
     Nanos t = 0;
     const Cut* cut = nullptr;  // null: an edit
     bool redo = false;
   };
-  /// An applied change of the tissue, with what is needed to revert it.
+  /// An applied change, with what is needed to revert it.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
-    std::size_t strokes;  // number of the carver's strokes after the change
-    bool forgets;         // true: the change discarded undone strokes, so the carver cannot revert it
+    std::size_t strokes;  // number of strokes after the change
+    bool forgets;         // true: discarded undone strokes, so the carver cannot revert it
   };
   void restart();
   void go_back(Nanos t);
@@ -53,7 +53,7 @@ class RecordedTissue {
   int restarts_ = 0;
 };
 
-/// Returns the tissue at time t of a session (or at its end). `start`: its initial tissue.
+/// The tissue at time t of a session (or at its end). `start`: its initial tissue.
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
                                 Nanos t);
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,

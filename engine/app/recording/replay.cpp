@@ -34,10 +34,10 @@ namespace {
 /// Private copies of the files that a recording lists.
 struct CheckedFiles {
   TemporaryFolder folder;
-  std::map<std::string, std::filesystem::path> copies;  // by the recorded name
+  std::map<std::string, std::filesystem::path> copies;  // the copies, by the recorded name
 };
 
-/// Files in `folder` and below with the name or the size of the recorded one.
+/// Files in `folder` and its subfolders with the same name or the same size as the recorded file.
 std::vector<std::filesystem::path> candidates(const std::filesystem::path& folder, const session::SourceFile& file) {
   namespace fs = std::filesystem;
   constexpr int kDeepest = 4, kMostLooks = 20'000;
@@ -54,13 +54,14 @@ std::vector<std::filesystem::path> candidates(const std::filesystem::path& folde
   return found;
 }
 
-/// Copies the files that a recording lists. A copy has the recorded hash, and nobody else can change it, so what is
-/// checked is what is read. Throws Error.
+/// Copies the files that a recording lists. A copy has the recorded hash, and nobody else can change it, so the checked
+/// bytes are the bytes that are read. Throws Error.
 std::shared_ptr<const CheckedFiles> checked_files(const session::SessionHeader& header,
                                                   const std::vector<std::filesystem::path>& folders) {
   namespace fs = std::filesystem;
   auto checked = std::make_shared<CheckedFiles>();
-  // The recording contains the text of the first file, the scene, and of the last, the rig.
+  // The recording contains the text of the first file (the scene) and of the last file (the rig), so they are not
+  // copied.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -94,7 +95,7 @@ std::shared_ptr<const CheckedFiles> checked_files(const session::SessionHeader& 
   return checked;
 }
 
-/// Folders in which the files of a session's scene may lie, in addition to the assets.
+/// Folders that may contain the files of a session's scene, in addition to the assets.
 std::vector<std::filesystem::path> folders_of(const std::filesystem::path& session) {
   namespace fs = std::filesystem;
   std::error_code code;
@@ -120,7 +121,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, const ScenePlace& from) {
-  // Largest number of recordings in a chain. A recording that continues an earlier recording forms a chain with it.
+  // Longest chain of recordings, each of which continues the previous one.
   constexpr int kMostRecordings = 32;
   if (from.recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
@@ -181,8 +182,7 @@ ReplayResult replay_session(const session::SessionReader& session, const std::fu
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies all edits (undo and redo) that the session made before the carver created patch number `patches` + 1. (A
-  // patch is a copy of the tissue for the servo. The carver owns the tissue.)
+  // Applies all undos and redos that the session made before it created tissue patch number `patches` + 1.
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

@@ -1,6 +1,5 @@
-// Replays a session from the recorded motion of its hand. The result equals the session bit for bit, because the servo
-// begins to use each patch (a copy of the tissue around the tool) at the same tick as in the session. A session of
-// another force law is not replayed: its hand is run again with today's law.
+// Replays a session from the recorded motion of its hand. The result has the same bits, because the servo begins to use
+// each tissue patch at the same tick. A session of another force law is run again with today's law.
 #pragma once
 
 #include <cstdint>
@@ -19,17 +18,17 @@ namespace typodont {
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
-  /// N, difference between the new and the recorded force over all ticks: root mean square, and largest
+  /// Difference between the new and the recorded force over all ticks: root mean square, and largest, N.
   double force_off_rms = 0, force_off_max = 0;
-  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and in the recording
-  /// m, difference between the new and the recorded position of the drawn tool: root mean square, and largest
+  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and the recording
+  /// Difference between the new and the recorded position of the drawn tool: root mean square, and largest, m.
   double tool_off_rms = 0, tool_off_max = 0;
-  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and in the recording
+  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and the recording
 };
 
 struct ReplayResult {
-  // True if the replay equals the recording in all data that the score depends on, from the first tick to the last (see
-  // stream_check.h).
+  // True if the replay equals the recording in all data that the score depends on, from the first tick to the last
+  // (stream_check.h).
   bool identical = false;
   bool truncated = false;  // true: the recording was cut off, so it is compared only up to its end
   double seconds = 0;
@@ -37,32 +36,32 @@ struct ReplayResult {
   std::uint64_t ticks_with_faults = 0;
   std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
-  std::string what_differs;  // describes the first difference; empty if there is none
-  // The session was made with another force law, so its hand was run again with today's law, and the members
-  // `first_difference`, `field_hash` and `force_hash` are not set.
+  std::string what_differs;  // describes the first difference; empty: none
+  // Result of a session with another force law: its hand was run again with today's law. The members
+  // `first_difference`, `field_hash` and `force_hash` are then not set.
   std::optional<RerunResult> with_todays_law;
 };
 
-/// Returns true if the session was made with another force law than today's.
+/// True if the session used another force law than today's.
 bool has_other_law(const session::SessionReader& session);
 
-/// Replays a session and compares it with its recording. If the session has another force law, runs its hand again with
-/// today's law, and states the difference in `what_differs`. Throws Error if its tissue is missing or has changed.
+/// Replays a session and compares it with its recording. A session with another force law is run again with today's
+/// law; `what_differs` then states the difference. Throws Error if its tissue is missing or has changed.
 ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress = {});
 
-/// Returns the session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null
-/// value removes a key. Throws Error.
+/// The session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null value
+/// removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
 /// Runs the servo of `scene` with the recorded motion of the hand, tick by tick, and repeats undos and redos. `out`:
 /// file in which the new session is stored (.h5); empty: it is not stored.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 
-/// Loads the scene of a session. Nobody has checked the session file, so it may refer only to files in its own folder,
-/// in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, the files may be anywhere
-/// in the user's folder. The files that the session lists are found there by their SHA-256, and private copies of them
-/// are read. `from`: place of the scene that continues this session. Throws Error if a file is missing or has changed,
-/// or if a chain of sessions that continue each other is too long.
+/// Loads the scene of a session. `from`: place of the scene that continues this session. Throws Error if a file is
+/// missing or has changed, or if a chain of sessions that continue each other is too long.
+/// The session file is not trusted. It may refer only to files in its own folder, in the assets, or in a folder of
+/// $TYPODONT_FILES; a session in the user's folder may refer to all files there. The listed files are found by their
+/// SHA-256, and private copies are read.
 Scene scene_of(const session::SessionReader& session, const ScenePlace& from = {});
 
 }  // namespace typodont

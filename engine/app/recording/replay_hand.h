@@ -1,4 +1,4 @@
-// Uses the hand of a recorded session as a device: --hand replay:SESSION.h5.
+// A recorded session's hand as a device: --hand replay:SESSION.h5.
 #pragma once
 
 #include <memory>
@@ -8,11 +8,11 @@
 
 namespace typodont {
 
-/// Returns a device that gives pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores forces.
-/// Throws Error if the session contains no ticks.
+/// A device that gives pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores forces. Throws
+/// Error if the session contains no ticks.
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const session::SessionReader& session, double rate, bool paced);
 
-/// Adds "replay:" to the addresses that haptics::open_hand understands. Call it once, at set-up.
+/// Adds addresses "replay:…" to haptics::open_hand. Call once, at set-up.
 void add_replay_driver();
 
 }  // namespace typodont

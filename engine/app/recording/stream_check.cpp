@@ -9,7 +9,7 @@
 namespace typodont {
 
 namespace {
-constexpr double kPeriodError = 0.02;  // the clocks of hands deviate less
+constexpr double kPeriodError = 0.02;  // relative error of the tick period; real clocks deviate less
 }
 
 StreamCheck::StreamCheck(const session::SessionReader& session)
@@ -21,7 +21,7 @@ void StreamCheck::differs(std::uint64_t tick, std::string what) {
 
 void StreamCheck::volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when) {
   // Largest relative difference between a recorded and a replayed volume that counts as equal. The file stores mm³, so
-  // each number is rounded when it is written and again when it is read.
+  // numbers are rounded when they are written and when they are read.
   constexpr double kRounding = 1e-12;
   for (std::size_t i = 1; i < replayed.size(); ++i) {
     if (std::abs(replayed[i] - recorded[i]) > kRounding * std::abs(recorded[i]))
@@ -59,7 +59,8 @@ void StreamCheck::cut(const Cut& replayed) {
 }
 
 void StreamCheck::rate() {
-  // Mean and median deviate: single late ticks do not change the median, and jitter does not change the mean.
+  // The mean and the median must both be right: single late ticks do not change the median, and jitter does not change
+  // the mean.
   const double ticks = static_cast<double>(contact_ticks_);
   if ((2 * early_ > contact_ticks_ && contact_time_ < (1 - kPeriodError) * ticks) ||
       (2 * late_ > contact_ticks_ && contact_time_ > (1 + kPeriodError) * ticks))
@@ -72,7 +73,7 @@ void StreamCheck::end(const haptics::TissueVolume& tissue) {
   if (!session_.gaps().empty())
     differs(last_tick_, fmt::format("what follows tick {} is not checked: the recording has gaps, {}", last_tick_,
                                     in_words(session_.gaps())));
-  // If a recording was interrupted, it may contain cuts whose ticks are missing. Such cuts are not compared.
+  // An interrupted recording may contain cuts whose ticks are missing. They are not compared.
   if (cut_ < cuts.size() && (!session_.truncated() || cuts[cut_].tick <= now_))
     differs(cuts[cut_].tick, fmt::format("cut {}, which the replay does not make,", cuts[cut_].index));
   const auto& result = session_.result();

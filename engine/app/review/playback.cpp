@@ -124,7 +124,7 @@ class Side {
     const dvec3 origin = volume.frame().origin;
     const render::View view = view_ == "section" ? render::View::kSection : render::View::kXray;
     if (view == render::View::kSection && inside_cuts_ == ~std::uint64_t{0}) {
-      // the section plane is fixed and passes through the middle of the work
+      // The fixed section plane through the middle of all cuts.
       dvec3 middle(0);
       for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
       const auto count = static_cast<double>(player_.session().cuts().size());
@@ -173,8 +173,8 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // Lowers the picture's quality if drawing takes too long. This is necessary only in a window, where motion must be
-    // smooth. A film may take any time.
+    // Lowers the quality if drawing takes too long. Only in a window, where motion must be smooth; a film may take any
+    // time.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

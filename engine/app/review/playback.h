@@ -1,5 +1,5 @@
-// Plays one recorded session, or two sessions side by side. It plays them in a window with controls for position,
-// speed, loop and viewpoint, or writes a film. Render thread only.
+// Plays one recorded session, or two side by side: in a window with controls for position, speed, loop and viewpoint,
+// or as a film. Render thread only.
 #pragma once
 
 #include <filesystem>

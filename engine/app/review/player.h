@@ -26,17 +26,16 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to the time t, s. `backwards`: true: the playback runs backwards; chips and water, which cannot, are
-  /// omitted.
+  /// Moves to the time t, s. `backwards`: the playback runs backwards, so chips and water, which cannot, are left out.
   void seek(double t, bool backwards = false);
   World& world() { return world_; }
-  /// The events up to the current time.
+  /// Tapes with the events up to the current time.
   const Tapes& tapes() const { return source_.tapes(); }
   haptics::Carver& carver() { return tissue_.carver(); }
   const haptics::TissueVolume& tissue() const { return tissue_.carver().volume(); }
-  /// Sets the tolerance of the mesh, voxels. All bricks (mesh blocks) are then meshed again.
+  /// Sets the tolerance of the mesh, voxels. All mesh bricks are then meshed again.
   void smooth_to(float tolerance);
-  /// Returns the bricks (mesh blocks) that have changed since the last call.
+  /// The mesh bricks that have changed since the last call.
   std::vector<render::MeshUpdate> take_surface();
 
  private:
@@ -50,24 +49,24 @@ class SessionPlayer {
   bool backwards_ = false;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
-  std::set<std::uint64_t> shown_;  // the bricks (mesh blocks) that take_surface() returned with triangles
-  int meshed_ = 0;                 // restarts of the tissue before the last call of take_surface()
+  std::set<std::uint64_t> shown_;  // the mesh bricks that take_surface() returned with triangles
+  int meshed_ = 0;                 // the tissue's restarts before the last take_surface()
 };
 
 /// State of the playback: position, speed, loop. It does not read a clock.
 struct PlayClock {
   double begin = 0, end = 1;  // s, range of times that can be played
   double from = 0, to = 1;    // s, range of times that is repeated in a loop
-  double at = 0;              // s, present time of the playback
+  double at = 0;              // s, current time of the playback
   double speed = 1;           // multiple of the recorded speed; negative: backwards
   bool paused = false, loop = false;
   bool over = false;  // true: the playback has reached its end; never true if the range is repeated
 
   void set_range(double a, double b);
-  /// Advances the position by `dt` seconds of real time, multiplied by the speed.
+  /// Advances by `dt` seconds of real time, multiplied by the speed.
   void advance(double dt);
   void seek(double t);
-  /// Doubles (`up`) or halves the speed. The speed stays between 1/8 and 16.
+  /// Doubles (`up`) or halves the speed, between 1/8 and 16.
   void faster(bool up);
 };
 

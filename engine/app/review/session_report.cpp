@@ -19,12 +19,12 @@ namespace typodont {
 
 namespace {
 
-constexpr float kTolerance = 0.3f;  // voxels, largest distance between the report's triangles and the tissue's surface
+constexpr float kTolerance = 0.3f;  // voxels, largest distance of the report's triangles from the surface
 
-// largest number of label samples along each side of the volume; the labels add some hundred kilobytes to a page
+// Largest number of label samples along each side of the volume. The labels add some hundred kilobytes to a page.
 constexpr int kMostLabels = 200;
 
-/// Copies the label of every n-th voxel. n is so large that there are at most kMostLabels samples per side.
+/// Copies the label of every n-th voxel, so that there are at most kMostLabels samples per side.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
@@ -38,20 +38,19 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Largest number of triangles that are copied from a tissue mesh into the report. With this number, a page has some
-/// ten megabytes. If the mesh has more triangles, the surface of its distance field is shown instead.
+/// Largest number of triangles that are copied from a tissue mesh into the report; a page then has some ten megabytes.
+/// For larger meshes, the surface of the distance field is shown.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false uses the surface of the
-/// distance field. `ideal`: the ideal result, from which the differences are computed; null: the model shows no
-/// differences to the ideal.
+/// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false the surface of the distance
+/// field. `ideal`: the ideal from which differences are computed; null: no differences.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const haptics::TissueVolume* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
                                       ? whole_surface(*triangles, volume.frame())
                                       : whole_surface(volume, kTolerance);
   std::optional<session::TrueDistances> distances;
-  VoxelFrame frame;  // of the distances
+  VoxelFrame frame;  // grid of the distance field
   if (ideal) {
     DenseCopy copy = dense_copy(*ideal);
     frame = copy.frame;
@@ -100,8 +99,8 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     EvaluatedSession judged = evaluate_session(session);
-    // An open mesh encloses no volume. Its distance field was computed from a mesh that was closed with a cap or
-    // thickened to a shell.
+    // An open mesh encloses no volume. Its distance field comes from a mesh that was closed with a cap or thickened to
+    // a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.defects = find_defects(session, judged);
@@ -130,8 +129,8 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// Reads the sessions in the folder for which `wanted` is true, except the present session. Files that are not sessions
-/// are skipped.
+/// Reads the sessions in the folder for which `wanted` is true, except the current session. Skips files that are not
+/// sessions.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

@@ -13,33 +13,33 @@ namespace typodont {
 
 class Progress;
 
-/// Computes the data of the report that is not in the session file. A session of another force law is verified. If the
+/// Computes the report's data that is not in the session file. A session of another force law is verified. If the
 /// tissue is not available, the report contains only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// Replays a session and compares it with its recording (replay_session). Throws Error.
+/// Replays a session, compares it with its recording. Throws Error.
 session::Verification verify(const session::SessionReader& session);
 
-/// Makes the final surface and its distance from the task's ideal result for a session without a recording. Throws
-/// Error if the scene's tissue or its ideal cannot be built.
+/// Computes the final surface and its distance from the ideal, for a session without a recording. Throws Error if the
+/// scene's tissue or its ideal cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
 /// Does the same as summary_of() above, but with the score rules of `scene` (see evaluate_session). Throws Error if the
-/// scene's tissue or its ideal result cannot be built.
+/// scene's tissue or its ideal cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
-/// Returns the summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message.
-/// Throws Error if the folder contains no session, or Cancelled.
+/// The summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message. Throws
+/// Error if the folder contains no session, or Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
-/// Returns the summaries of the sessions in `folder` that are older than this one and have the same scene and trainee,
-/// the oldest first. Files that are not sessions are skipped.
+/// The summaries of older sessions in `folder` with the same scene and trainee, oldest first. Skips files that are not
+/// sessions.
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 
-/// Returns the summary of the newest other session in `folder` with the same scene, by any trainee.
+/// The summary of the newest other session in `folder` with the same scene, by any trainee.
 std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 

@@ -11,8 +11,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece can hold
-// Largest numbers of parts, rings and coloured bands in a handpiece file. They limit the number of triangles that
+constexpr double kWidestHead = 8e-3;  // m, largest head diameter that fits a dental handpiece
+// Largest numbers of parts, rings and coloured bands in a handpiece file. They limit the triangles that
 // engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
@@ -32,7 +32,7 @@ HandpiecePart read_part(const Json& json) {
   }
   if (part.rings.size() < 2 || part.rings.size() > kMostRings)
     rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMostRings));
-  double length = 0;  // mm, length of the line through the middles of the handpiece's rings
+  double length = 0;  // mm, length of the line through the handpiece's ring centres
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
   if (!(length > 0)) rings.fail("rings with one middle", "a path with a length");
@@ -62,14 +62,14 @@ HandpiecePart read_part(const Json& json) {
   return part;
 }
 
-/// Returns the shank type that an ISO 6360 code states in its second group of digits, for example 314 in "500 314
-/// 001001 012". Returns 0 if the code has no second group.
+/// The shank type that an ISO 6360 code states in its second group of digits, for example 314 in "500 314 001001 012".
+/// Returns 0 if the code has no second group.
 int shank_type(const std::string& iso_code) {
   const std::size_t space = iso_code.find(' ');
   return space == std::string::npos ? 0 : std::atoi(iso_code.c_str() + space);
 }
 
-/// Returns the name of the handpiece that holds the tool, or "none". handpiece_name() states the rules.
+/// The name of the handpiece that holds the tool, or "none". handpiece_name() states the rules.
 std::string stated_or_usual(const haptics::Tool& tool, const haptics::Spindle& spindle) {
   if (!tool.handpiece.empty()) return tool.handpiece;
   if (tool.diameter > kWidestHead) return "none";

@@ -1,4 +1,4 @@
-// Reads the files of assets/handpieces/, and chooses the handpiece of a tool.
+// Reads assets/handpieces/, and chooses a tool's handpiece.
 #pragma once
 
 #include <string>
@@ -10,14 +10,20 @@
 
 namespace typodont {
 
-/// Returns the name of the file in assets/handpieces/ for the handpiece that holds the tool; empty if there is none.
-/// The first rule that applies decides: (1) the tool's own key "handpiece"; (2) no handpiece for a head wider than 8
-/// mm; (3) "gauge" for an implant tool of the kind gauge; (4) "ratchet" for an implant tool that is turned by hand; (5)
-/// a handle for a tool that does not turn; (6) for a shank 1xx in the ISO 6360 code, a straight handpiece; (7) the
-/// motor's key "handpiece"; (8) for a shank 2xx, a contra-angle; (9) "turbine".
+/// Returns the file name of the tool's handpiece in assets/handpieces/; empty: none. The first rule that applies
+/// decides:
+///   1. the tool's own key "handpiece";
+///   2. none for a head wider than 8 mm;
+///   3. "gauge" for an implant tool of the kind gauge;
+///   4. "ratchet" for an implant tool that is turned by hand;
+///   5. a handle for a tool that does not turn;
+///   6. a straight handpiece for a shank 1xx in the ISO 6360 code;
+///   7. the motor's key "handpiece";
+///   8. a contra-angle for a shank 2xx;
+///   9. "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
-/// Reads a handpiece from JSON (docs/scene_format.md describes the keys). Throws Error.
+/// Reads a handpiece from JSON (docs/scene_format.md). Throws Error.
 Handpiece read_handpiece(const Json& json);
 /// Loads the file of assets/handpieces/ with this name. Throws Error that lists the available names.
 Handpiece load_handpiece(const std::string& name);

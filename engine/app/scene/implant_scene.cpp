@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
-// m behind the bed's wall: no bone there is an opening
+// Depth behind the bed's wall, m. If there is no bone at this depth, the wall has an opening.
 constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
 
@@ -36,7 +36,7 @@ class Around {
   }
   bool is_bone(const dvec3& p_W) const { return typodont::is_bone(tissue_at(p_W)); }
   bool is_tooth(const dvec3& p_W) const { return typodont::is_tooth(tissue_at(p_W)); }
-  /// visit(p_W) for every voxel of the box.
+  /// Calls visit(p_W) for every voxel of the box.
   template <class Visit>
   void for_each(Visit visit) const {
     const glm::ivec3 size = box_.field.size;
@@ -48,7 +48,7 @@ class Around {
   double voxel() const { return frame_.voxel; }
 
  private:
-  /// Of the nearest voxel; air outside.
+  /// Tissue of the nearest voxel; air outside of the box.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
@@ -56,7 +56,7 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // Of the whole volume, so that the nearest voxel is the same.
+  // Frame of the whole volume, so that the nearest voxel is the same as in the volume.
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
@@ -195,7 +195,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Area and second moments of the bed, slice by slice across the planned axis.
+  // Area and second moments of the bed's slices across the axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

@@ -1,4 +1,4 @@
-// The block "implant" of a scene: instruments, plan and procedure.
+// Reads a scene's block "implant": instruments, plan and procedure.
 #pragma once
 
 #include <cmath>
@@ -14,21 +14,22 @@
 
 namespace typodont {
 
-/// FOLDER/NAME.json. Throws Error that names the available tools.
+/// Loads FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// assets/implants/exercise.json: what all implant exercises have in common.
+/// Path of assets/implants/exercise.json, the common part of all implant exercises.
 std::filesystem::path implant_exercise_file();
 
-/// {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}}, docs/scene_format.md. `tissue`: JSON; of kind
-/// "bone" it contains the canal. `tools`: the session's. Throws Error, also for a phase whose tool is missing.
+/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} (docs/scene_format.md). `tissue`: its JSON;
+/// tissue of kind "bone" contains the canal. `tools`: the session's tools. Throws Error, also if a phase's tool is
+/// missing.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m below the implant's upper end; bone need not surround it above
+/// Depth below the implant's upper end, m. Bone need not surround the implant above it.
 inline constexpr double kCrest = 1.5e-3;
 
-/// visit(p_W, depth) for points on the thread's surface from kCrest to the apex; ends when it returns false.
+/// Calls visit(p_W, depth) for points on the thread's surface, from kCrest to the apex, until it returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;
@@ -43,13 +44,13 @@ void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   }
 }
 
-/// Throws Error without grey values. `file`: the scene, for the message.
+/// Throws Error if the tissue has no grey values. `file`: the scene, for the message.
 void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
-/// The same, and if the plan is not in bone.
+/// Throws Error if the tissue has no grey values, or if the planned implant is not in bone.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Measures of the final tissue: the bed's diameter, ovality and openings, and contact with bone; without listed roots,
+/// Measures the final tissue: diameter, ovality and openings of the bed, and contact with bone. If no roots are listed,
 /// also the distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);

@@ -1,4 +1,4 @@
-// Rounded unions and intersections of distances (Quilez).
+// Rounded unions and intersections of distance fields (Quilez).
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// Minimum, rounded over k (m).
+/// Minimum of a and b, rounded where they differ by less than k (m).
 inline double smooth_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k * 0.25;
@@ -15,7 +15,7 @@ inline double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// 0 up to a, 1 from b on.
+/// Smooth transition from 0 for x <= a to 1 for x >= b.
 inline double smooth_step(double a, double b, double x) {
   const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
   return t * t * (3 - 2 * t);

@@ -21,7 +21,7 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// All members are named, so that a new one cannot be missing in the key.
+// Names all members, so that a new member cannot be missing in the key.
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
@@ -46,7 +46,7 @@ void add(Sha256& key, const ToothRow& row) {
   for (const glm::dvec2& p : curve) add(key, p);
 }
 
-/// Empty if the volume cannot be read; building reports it.
+/// Key of the cached meshes. Empty if the volume cannot be read; building the meshes reports that.
 std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   // The meshes do not depend on `monitored` and `soft`.
   const auto& [volume, crown, arch, neighbours, row, mouth, dam, monitored, gum, margin, margin_normal, papilla,
@@ -70,7 +70,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   return key.key();
 }
 
-/// Numbers and lists in the file's order.
+/// Calls `part` for each number and list, in the file's order.
 template <class Bricks, class Part>
 bool each_brick(Bricks& bricks, Part&& part) {
   return part.list(bricks, [&](auto& brick) {
@@ -117,7 +117,7 @@ struct Writer {
 
 struct Reader {
   std::ifstream in;
-  std::uintmax_t size;  // bytes of the file; no list can be longer
+  std::uintmax_t size;  // bytes, size of the file; no list can be longer
   bool bytes(void* data, std::size_t count) {
     return static_cast<bool>(in.read(static_cast<char*>(data), static_cast<std::streamsize>(count)));
   }

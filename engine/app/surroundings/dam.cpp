@@ -9,24 +9,24 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;  // m above the gum's edge
+constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the gum's edge
 constexpr double kSheet = 0.7e-3;     // m, thickness of the rubber dam's sheet over the teeth
-constexpr double kTension = 6e-3;     // m, narrower hollows stay flat
-// m from the teeth's curve, inside the cheek
+constexpr double kTension = 6e-3;     // m; the sheet does not follow narrower hollows
+// Distance from the teeth's curve to the edge of the sheet, inside the cheek, m.
 constexpr double kSheetTo = 13.5e-3;
-// m above the gum, pulled by the frame
+// Height by which the frame pulls the sheet up, m.
 constexpr double kLift = 3.2e-3;
-constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half edges of a clamp's jaw
-constexpr double kPlateHeight = 0.75e-3;           // m above the gum's edge
-constexpr double kBow = 0.75e-3;                   // m, wire
-constexpr double kPlateRound = 0.35e-3;            // m, edges of the clamp's jaws
-// of corner cutting (Chaikin 1974)
+constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half the edge lengths of a clamp's jaw
+constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the gum's edge
+constexpr double kBow = 0.75e-3;                   // m, radius of the bow's wire
+constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of the clamp's jaws
+// Number of rounds of corner cutting (Chaikin 1974).
 constexpr int kSmooth = 3;
 
 }  // namespace
 
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap) {
-  // The frame pulls up away from the teeth.
+  // The frame pulls the sheet up, away from the teeth.
   const double lift = kLift * smooth_step(6e-3, 16e-3, std::abs(at.beside));
   const double level = -at.depth - kOverGum - lift;
   const double covered = smooth_min(teeth - kSheet, level, kTension);

@@ -7,21 +7,22 @@
 
 namespace typodont {
 
-/// m to the sheet and all below it. `teeth`, `own`: m; `gap`: m around the tooth.
+/// Signed distance to the sheet, including everything below it, m. `teeth`, `own`: distances to all teeth and to the
+/// working tooth, m; `gap`: distance between hole and tooth, m.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
-/// Two jaws at the neck and a bow behind. Frame of the row, m.
+/// The clamp: two jaws at the tooth's neck, and a bow behind it. Frame of the row of teeth, m.
 class DamClamp {
  public:
-  /// m: middle of the tooth, height of the gum's edge, half width there.
+  /// Middle of the tooth, height of the gum's edge, and half the tooth's width there, m.
   DamClamp(const dvec3& middle, double edge, double half_width);
   double distance(const dvec3& p_row) const;
   dvec3 low() const { return low_; }
   dvec3 high() const { return high_; }
 
  private:
-  dvec3 middle_;  // m, at the gum's edge
-  double side_;   // m, jaws from the middle
+  dvec3 middle_;  // m, middle of the tooth at the gum's edge
+  double side_;   // m, distance of the jaws from the middle
   std::vector<dvec3> bow_;
   dvec3 low_{0}, high_{0};
 };

@@ -9,29 +9,33 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.5e-3;          // m, gum's edge above a neck
-constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m along the arch: tilted edge up to the first, level from the second
+constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above a tooth's neck
+constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla, the gum between two teeth
+// Distances along the arch from the working tooth, m: the gum's edge is tilted up to the first, and level from the
+// second.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m beside the row: edge follows the teeth; level from there
+// Distances beside the row, m: the gum's edge follows the teeth up to the first, and is level from the second.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
-constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, ridge: top below the edge, side, widening below to cheek and tongue, its depth scale
+constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without teeth
+// The ridge, m: its top below the gum's edge, its side beyond the teeth, its widening towards cheek and tongue, and the
+// depth scale of the widening.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
-// m: depths of the folds, their radius, half width without cheek and tongue
+// m: depths of the folds, their radius, half the width of a jaw without cheek and tongue.
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 25e-3;  // m to the back of the mouth
-// m: attached gum; half zone of change to mucosa
+constexpr double kBack = 25e-3;  // m, distance to the back of the mouth
+// m: width of the attached gum; half the width of the zone between it and the mucosa.
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// m: edge of the tongue from the teeth, below the chewing plane; its dome; its radius
+// The tongue, m: distance of its edge from the teeth, depth below the chewing plane, height of its dome, edge radius.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
-// m: cheek from the teeth, edge above the chewing plane; lip below it; radius
+// Cheek and lip, m: distance of the cheek from the teeth, its edge above the chewing plane, the lip below that edge,
+// edge radius.
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-// m: lip and end of the face from the teeth; lip's radius; kFaceFall (1/m) × distance²; thickness
+// The face, m: distance of the lip and of the face's end from the teeth; radius of the lip; the face falls by kFaceFall
+// (1/m) × distance²; its thickness.
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
-// m above the mouth's rim; below it
+// Height of the lip above the mouth's rim, and depth of the face below it, m.
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace
@@ -86,7 +90,7 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  // Far away, nearest teeth jump, so the height is even there.
+  // Far from the teeth, the nearest tooth can change abruptly, so the gum's edge has a constant height there.
   const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
   const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
   return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};
@@ -112,7 +116,7 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  // Papillae between teeth.
+  // Adds the papillae between the teeth.
   const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
@@ -131,7 +135,7 @@ double Jaw::tongue(const Place& p) const {
 }
 
 double Jaw::rim(const Place& p) const {
-  // High cheek beside molars, low lip in front.
+  // The cheek is high beside the molars; the lip in front is low.
   const double front = smooth_step(14e-3, 30e-3, p.x - own_x_);
   return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
 }

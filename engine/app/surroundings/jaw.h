@@ -1,4 +1,4 @@
-// The jaw in arch coordinates: along, beside, below the gum's edge.
+// The shape of the jaw in arch coordinates: along the arch, beside it, and below the gum's edge.
 #pragma once
 
 #include <vector>
@@ -11,28 +11,30 @@ class Jaw {
  public:
   /// A point in the coordinates of the arch, m.
   struct Place {
-    /// m; towards the cheek positive
+    /// Position along and beside the arch, m; `beside` is positive towards the cheek.
     double along, beside;
-    double depth;       // m below the edge, without papillae
-    double half_width;  // m, half the row at the gum
-    double x, z;        // m, row: x to the front, z out of the crown
+    double depth;       // m, depth below the gum's edge, without papillae
+    double half_width;  // m, half the width of the teeth at the gum
+    double x, z;        // m, frame of the row: x to the front, z out of the crown
   };
-  /// m: `middle` (W) of the working tooth, `half_width` at the gum, `occlusal` highest point, `roots` below the edge.
+  /// Lengths in m. `middle`: middle of the working tooth, frame W; `half_width`: half its width at the gum; `occlusal`:
+  /// height of its highest point; `roots`: depth of its roots below the gum's edge.
   Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
 
   Place place(const dvec3& p_W) const;
-  /// Papilla, m.
+  /// Height of the papilla above the gum's edge, m.
   double papilla(const Place& p) const;
-  /// Movable mucosa, 0..1: 1 below the mucogingival line, little at the edge.
+  /// Fraction of movable mucosa, 0 to 1: 1 below the mucogingival line, small at the gum's edge.
   double mucosa(const Place& p) const;
 
-  /// m, negative inside. ridge(): without the collar of gum.
+  /// Signed distances to the bodies of the mouth, m, negative inside. ridge(): without the collar of gum around the
+  /// teeth.
   double ridge(const Place& p) const;
   double tongue(const Place& p) const;
   double cheek(const Place& p) const;
   double lip(const Place& p) const;
   double face(const Place& p) const;
-  double rim(const Place& p) const;  // m, edge of cheek and lip in the row
+  double rim(const Place& p) const;  // m, row's frame: height of the cheek's and lip's edge
 
   dvec3 to_row(const dvec3& p_W) const {
     return {glm::dot(p_W, plan_.arch), glm::dot(p_W, across_), glm::dot(p_W, plan_.crown)};
@@ -42,19 +44,19 @@ class Jaw {
   double occlusal() const { return occlusal_; }
   double depth() const { return depth_; }  // m, thickness of the jaw below the gum's edge
 
-  /// m towards the cheek; behind the last tooth from the row's end.
+  /// Distance from the teeth's curve towards the cheek, m. Behind the last tooth: from the end of the row.
   double from_curve(const Place& p) const;
 
  private:
   struct Knot {
-    double along, edge, half_width;  // m: along the arch; gum's edge
+    double along, edge, half_width;  // m: position along the arch; height of the gum's edge there; half width
   };
   const SurroundingsPlan& plan_;
   dvec3 across_;
   ArchCurve curve_;
   std::vector<Knot> knots_;
   std::vector<double> contacts_;  // m, positions along the arch at which two teeth touch
-  /// m, of the working tooth
+  /// Position of the working tooth along and beside the arch, and height of its gum edge, m.
   double own_ = 0, beside_ = 0, own_edge_ = 0;
   double tilt_along_ = 0, tilt_beside_ = 0;
   double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;

@@ -11,7 +11,8 @@ namespace typodont {
 
 namespace {
 
-/// Row to form: `turn` about z, `lean` to the tongue, `mirrored` for the other side.
+/// Rotation from the row's frame to the form's frame: `turn` about z, `lean` to the tongue, `mirrored` for the other
+/// side.
 glm::dmat3 to_form(double turn, double lean, bool mirrored) {
   const double c = std::cos(turn), s = std::sin(turn), cl = std::cos(lean), sl = std::sin(lean);
   const double x = mirrored ? -1 : 1;
@@ -28,12 +29,12 @@ ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)
 
 ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   Place best;
-  // to the nearest segment so far: m², m
+  // Distance to the nearest segment so far: its square, m²; itself, m.
   double nearest = 1e9, reach = 1e9;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     const glm::dvec2 r = p - points_[i];
     const double farthest = reach + along_[i + 1] - along_[i];
-    // no part of it is nearer
+    // No part of this segment is nearer.
     if (glm::dot(r, r) > farthest * farthest) continue;
     const glm::dvec2 d = points_[i + 1] - points_[i];
     const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);

@@ -1,4 +1,4 @@
-// Teeth around the working tooth: forms, poses, curve.
+// The teeth around the working tooth: forms, poses, and the curve of the arch.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace typodont {
 
-/// Row: x along the arch (mesial), y to the cheek, z out of the crown, origin of W. m.
+/// A tooth of the row. Frame of the row: x along the arch (mesial), y to the cheek, z out of the crown, origin as W. m.
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
-  // Row to form, with a reflection for the other side.
+  // Rotation from the row's frame to the form's frame, with a reflection for teeth of the other side.
   glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
@@ -21,7 +21,7 @@ struct RowTooth {
   double distance(const dvec3& p_row) const { return form.distance(to_form(p_row)); }
 };
 
-/// Through the necks, from end to end.
+/// The curve of the arch through the necks of the teeth, from end to end.
 class ArchCurve {
  public:
   struct Place {
@@ -43,7 +43,7 @@ struct ToothRow {
   std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
-/// Such as assets/jaw/lower_row.json, with forms. Throws Error.
+/// Loads a row of teeth with their forms, for example assets/jaw/lower_row.json. Throws Error.
 ToothRow load_tooth_row(const std::filesystem::path& file);
 
 }  // namespace typodont

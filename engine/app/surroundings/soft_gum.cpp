@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-// m, half the soft region: along, across, up
+// Half the size of the soft region along the arch, across it and upwards, m.
 constexpr double kAlong = 11e-3, kAcross = 10e-3, kUp = 6e-3;
 
 }  // namespace

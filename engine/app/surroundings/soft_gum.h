@@ -1,4 +1,4 @@
-// Gum around the working tooth for the servo.
+// The gum around the working tooth as soft surface, for the servo.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,8 @@
 
 namespace typodont {
 
-/// About 10 mm around the edge; equal plans, equal points. Null: not soft. Throws Error.
+/// Makes the soft surface, about 10 mm around the gum's edge. Equal plans give equal points. Null if the gum is rigid.
+/// Throws Error.
 std::shared_ptr<const haptics::SoftSurface> soft_gum(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

@@ -17,44 +17,44 @@ namespace typodont {
 
 namespace {
 
-// m; "Far": beyond kNear of the working tooth
+// Voxel sizes for meshing, m. "Far": for bodies more than kNear from the working tooth.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// voxels, for fine and coarse mesh
+// Tolerances of the fine and of the coarse mesh, voxels.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-// Fine both times: long triangles with a vertex behind the gum would darken the cheek.
+// The cheek is fine in both meshes: long triangles with a vertex behind the gum would darken it.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// m, below the fine mesh in the overlap
+// Depth of the coarse mesh below an overlapping fine one, m.
 constexpr double kCoarseBelow = 0.5e-3;
-// m, strip with both meshes
+// Width of the strip with both meshes, m.
 constexpr double kOverlap = 1.2e-3;
-// m, surface error from which it is used
+// Surface error from which the coarse mesh is used, m.
 constexpr double kCoarseFrom = 45e-6;
-// m below the gum's edge
+// Drawn part of a root below the gum's edge, m.
 constexpr double kRootShown = 2.5e-3;
-// m above the plane of the gum's edge, no root above
+// Height above the plane of the gum's edge from which on there is no root, m.
 constexpr double kCrownFrom = 4e-3;
-// m, box of light between bodies: half edges; middle above the gum
+// Box in which light between bodies is computed, m: half its edge lengths, and height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
-// m, longer edges are split there: light is per vertex
+// Longer edges are split in this box, m, because light is computed per vertex.
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
-constexpr double kReach = 3e-3;  // m of a tooth's distances
-// m into the tooth: no gap
+constexpr double kReach = 3e-3;  // m, largest distance at which a tooth's distances are exact
+// Depth to which the gum extends into the tooth, so that there is no gap, m.
 constexpr double kGumInside = 0.4e-3;
-// m below the edge, hidden root
+// Depth below the gum's edge that hides roots, m.
 constexpr double kCoveredBelow = 0.6e-3;
-// m, collar into ridge
+// Width of the blend between gum collar and ridge, m.
 constexpr double kCollarBlend = 1.0e-3;
-constexpr double kCollarFrom = 4e-3;  // m from the tooth
-// m, cells of cut faces
+constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth up to which it has a collar of gum
+// Cell sizes of section faces, m.
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
-// m, over the teeth's faces
+// Overlap of the gum's face over the teeth's faces, m.
 constexpr double kFaceOverlap = 0.05e-3;
-// m behind the teeth's faces
+// Depth of the gum's face behind the teeth's faces, m.
 constexpr double kFaceUnder = 10e-6;
 
-/// Triangles with a corner where wanted(p). `lo`: m, W, origin of vertices.
+/// Keeps only triangles that have a corner p with wanted(p). `lo`: origin of the vertices, m, frame W.
 template <class Wanted>
 void keep_triangles(std::vector<render::MeshUpdate>& mesh, const dvec3& lo, const Wanted& wanted) {
   for (render::MeshUpdate& brick : mesh) {
@@ -93,7 +93,7 @@ struct Box {
   }
 };
 
-/// Between a neighbour and the working tooth that it mirrors.
+/// Mapping between a neighbour and the working tooth of which it is a mirror image.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -106,7 +106,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Reverse: from_tooth().
+  /// Maps a point at the neighbour to the working tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -129,7 +129,7 @@ struct ToothCopy {
 }  // namespace
 
 struct SurroundingsShape::Impl {
-  /// A copy, or a tooth of the row.
+  /// A neighbouring tooth: a copy of the working tooth, or a tooth of the row.
   struct Neighbour {
     std::optional<ToothCopy> copy;
     const RowTooth* row = nullptr;
@@ -170,7 +170,7 @@ struct SurroundingsShape::Impl {
              })});
   }
 
-  /// m at the gum, from the volume.
+  /// Half the tooth's width at the gum, measured, m.
   double measured_half_width() const {
     double half = 0;
     for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
@@ -180,12 +180,12 @@ struct SurroundingsShape::Impl {
       }
     return half;
   }
-  /// m along the crown's axis.
+  /// Height of the chewing surface along the crown's axis, m.
   double occlusal() const {
     const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
     return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  /// m below the gum's edge.
+  /// Depth of the roots below the gum's edge, m.
   double roots() const {
     double depth = 0;
     Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
@@ -194,12 +194,12 @@ struct SurroundingsShape::Impl {
     });
     return depth;
   }
-  /// m along the crown's axis.
+  /// Depth of p below the plane of the gum's edge, along the crown's axis, m.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
 
-  /// Of finer gum and dam.
+  /// Box in which gum and dam are meshed finely.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
     const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
@@ -212,7 +212,7 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// `side` beyond the curve, `up` above the chewing plane, m.
+  /// Box around the arch: `side` beyond its curve, and `up` above the chewing plane, m.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -224,7 +224,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// m, with the root.
+  /// Distance to a neighbour including its root, m.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -236,7 +236,7 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The cut root's end would show pulp: dentin instead.
+    // The cut end of the root would show pulp; it shows dentin instead.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -254,19 +254,19 @@ struct SurroundingsShape::Impl {
     double teeth = own;
     for (const Neighbour& n : neighbours)
       if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
-    // The papilla fills the gap below the contact.
+    // The papilla fills the gap below two teeth's contact.
     const double deep = at.depth + jaw.papilla(at);  // m, depth below the gum's edge at this point
-    // Rounded edge, thicker towards the root.
+    // The gum's edge is rounded, and thicker towards the root.
     const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
     const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
                                         (plan.thickness - edge) * (1 - std::exp(-deep / swell))
                                   : deep / 1.5;
     const double collar = teeth - thick;
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
-    // A bur inside the tooth does not touch the gum.
+    // The gum ends inside the tooth, so that a bur inside the tooth does not touch it.
     return std::max(body, -own - kGumInside);
   }
-  /// m to the sheet and all below.
+  /// Signed distance to the dam and everything below, m.
   double dam(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = 1;
@@ -289,7 +289,7 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // `least`: lower bound; skips exact distances.
+    // `least` is a lower bound of the distance, with which most exact distances are skipped.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -326,13 +326,13 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // Bricks of two bodies have different numbers.
+      // Makes the numbers of the bricks of two bodies different.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // Pictures hide the root, sections show it.
+  // Pictures hide the root; sections show it.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
@@ -367,7 +367,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// `under` shines through by beneath(p).
+/// Gives all vertices the look `matter`; the tissue `under` is visible through it by the fraction beneath(p).
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -419,7 +419,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
-    if (plan.dam) break;  // hidden by the dam
+    if (plan.dam) break;  // the dam hides the neighbours
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
     add(
@@ -432,7 +432,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Fine near the working tooth.
+  // Gum or dam: fine near the working tooth.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
                         const auto& trim) {
@@ -455,7 +455,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](auto&, const dvec3&) {});
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // Lowered below the fine surface and removed but for a strip: it would take light from the gum.
+    // The coarse surface is lowered below the fine one and removed except for a strip, because it would block light
+    // from the gum.
     const auto inside_near = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return std::min({inside.x, inside.y, inside.z});
@@ -484,13 +485,13 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    // background of the tooth, so fine
+    // Fine mesh for the cheek, which is the tooth's background.
     const bool fine = field == &Jaw::cheek;
     add(box, kMouthVoxel, fine ? kCheekTolerance : kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // Mucosa darkens with depth.
+  // The mucosa becomes darker with depth.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
     return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);

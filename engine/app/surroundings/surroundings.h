@@ -1,5 +1,5 @@
-// Neighbours and gum ("surroundings" of a scene), from the tooth's own volume: drawn and monitored (task/damage.h),
-// neither felt nor cut.
+// Neighbouring teeth and gum ("surroundings" of a scene), made from the tooth's own volume. They are drawn, and damage
+// to them is measured (task/damage.h); they are neither felt nor cut.
 #pragma once
 
 #include <memory>
@@ -14,10 +14,11 @@ namespace typodont {
 
 struct Surroundings;
 
-/// m, negative inside; exact only near a body, else any positive number. Thread-safe.
+/// Signed distances to the bodies, m, negative inside. Exact only near a body; elsewhere any positive number.
+/// Thread-safe.
 class SurroundingsShape {
  public:
-  /// Throws Error.
+  /// Loads the volume and the row of teeth. Throws Error.
   explicit SurroundingsShape(const SurroundingsPlan& plan);
   ~SurroundingsShape();
   SurroundingsShape(SurroundingsShape&&) noexcept;
@@ -25,16 +26,17 @@ class SurroundingsShape {
 
   bool has_neighbours() const;
   bool has_gum() const;
-  double neighbour(const dvec3& p_W) const;  // returns the distance (m) to the nearest neighbouring tooth
+  double neighbour(const dvec3& p_W) const;  // the distance (m) to the nearest neighbouring tooth
   double gum(const dvec3& p_W) const;
-  double tooth(const dvec3& p_W) const;  // returns the distance (m) to the uncut working tooth
-  // m to the sheet and all below.
+  double tooth(const dvec3& p_W) const;  // the distance (m) to the uncut working tooth
+  // Distance to the rubber dam and everything below it, m.
   double dam(const dvec3& p_W) const;
-  double clamp(const dvec3& p_W) const;  // returns the distance (m) to the clamp of the rubber dam
-  // m to tongue, cheeks and lips, or a phantom's mask.
+  double clamp(const dvec3& p_W) const;  // the distance (m) to the clamp of the rubber dam
+  // Distance to tongue, cheeks, lips, or a phantom's mask, m.
   double mouth(const dvec3& p_W) const;
 
-  /// Neighbours with roots, and gum; as section_face(). Relative to `origin` (m, W).
+  /// Section faces of the neighbours with their roots and of the gum, as section_face() makes them. Relative to
+  /// `origin` (m, frame W).
   std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
 
  private:
@@ -51,18 +53,18 @@ struct SurroundingMesh {
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// dot(covered, (p_W, 1)) < 0: uncut tooth hidden by gum; zero: nothing.
+  /// The gum hides the uncut tooth where dot(covered, (p_W, 1)) < 0; zero: nothing is hidden.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m, surface error from which the coarse mesh is used
-  /// light between bodies (render::LightScene); empty: no mouth
+  /// Box in which light between bodies is computed (render::LightScene); empty: there is no mouth.
   std::optional<render::BoxInWorld> lit;
 };
-/// Equal plans, equal meshes. Throws Error.
+/// Makes the meshes. Equal plans give equal meshes. Throws Error.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// Cached or built; empty: none.
+/// Loads the meshes from the cache or makes them. Empty if there is no plan.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// For damage and hands that avoid them; empty: none, or not monitored.
+/// The shape for measuring damage, and for hands that avoid it. Empty: no surroundings, or damage is not measured.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

@@ -10,21 +10,21 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;  // m, tip of a hill
-// keeps the side's distance below the true one
+constexpr double kTip = 0.45e-3;  // m, radius of a hill's tip
+// Factor that keeps the distance to the side below the true one.
 constexpr double kSideSlope = 0.9;
-// the same for the chewing surface
+// Factor that keeps the distance to the top below the true one.
 constexpr double kTopSlope = 0.78;
-// m, rounded groove; sharper ones would show notches of voxels
+// Radius of a groove's floor, m. Sharper grooves would show notches of voxels.
 constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kThinnest = 0.1e-3;   // m, width above a thin edge
-constexpr double kRootEnd = 0.35;      // width at the end / at the neck
+constexpr double kThinnest = 0.1e-3;   // m, smallest width above a thin edge
+constexpr double kRootEnd = 0.35;      // root end's width, as a fraction of the neck's
 
-/// m at z.
+/// Half the width of the tooth at height z, m.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
   if (z < 0) {
     const double t = std::min(-z / root, 1.0);
@@ -35,10 +35,11 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * std::max(widest - (widest - table) * t * t, kThinnest);
 }
 
-/// m, fine ridges on a hill. `from_tip`: m; `over`: m above the other hill. Zero at tips and grooves.
+/// Height of the fine ridges on a hill, m. `from_tip`: position relative to the tip, m; `over`: height above the second
+/// highest hill, m. Zero at tips and in grooves.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ), c = cos² φ
+  // cos(4 φ), with c = cos² φ.
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }
@@ -50,18 +51,18 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // Superellipse: slow, so only near the ellipse of the same axes.
+  // The superellipse is slow to compute, so it is used only near the ellipse with the same axes.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    // far away: a lower bound will do
+    // Far away, a lower bound of the distance is enough.
     if (ellipse < 0.55 || ellipse > 2) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // Highest hill; grooves where two meet.
+  // Highest hill at (x, y); grooves are where hills meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

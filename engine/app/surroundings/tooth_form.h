@@ -1,4 +1,4 @@
-// A tooth from a few numbers (assets/teeth/forms/): drawn and monitored, not cut.
+// The form of a tooth, defined by a few numbers (assets/teeth/forms/). Such teeth are drawn and monitored, not cut.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// Hill of the chewing surface (cusp, ridge, edge): a cone with a rounded tip.
+/// A hill of the chewing surface (cusp, ridge or edge): a cone with a rounded tip.
 struct ToothHill {
   glm::dvec2 at{0, 0};       // m, x and y
   double height = 0;         // m, height of the tip above the neck
@@ -18,29 +18,29 @@ struct ToothHill {
   glm::dvec2 long_by{1, 1};  // stretch along x and y
 };
 
-/// x to the midline, y to the cheek, z out of the crown, origin in the neck. m.
+/// Frame: origin in the neck, x to the midline, y to the cheek, z out of the crown. Lengths in m.
 struct ToothForm {
-  /// m, full widths, x and y
+  /// Largest width of the crown along x and y, m.
   glm::dvec2 widest{0, 0};
-  glm::dvec2 neck{0, 0};  // m, full widths, x and y
-  /// m, at the chewing surface
+  glm::dvec2 neck{0, 0};  // m, width of the neck along x and y
+  /// Width at the chewing surface along x and y, m.
   glm::dvec2 table{0, 0};
   double height = 0;  // m, height of the crown up to its highest cusp
-  // m, widest point towards neighbours, cheek, tongue
+  // Height of the widest point on the sides of neighbours, cheek and tongue, m.
   double proximal = 0, buccal = 0, lingual = 0;
-  // of the superellipse; 2: ellipse
+  // Exponent of the outline's superellipse; 2: an ellipse.
   double square = 2.5;
-  double rounding = 0;  // m, side to chewing surface
+  double rounding = 0;  // m, rounding between sides and chewing surface
   double lean = 0;      // m per m, inclination of the crown towards the tongue
   double root = 0;      // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 
-  /// m, approximate, negative inside; gradient at most about 1.3.
+  /// Approximate signed distance, m, negative inside; its gradient is at most about 1.3.
   double distance(const dvec3& p) const;
-  /// Returns the tissue at a point inside or at the surface.
+  /// The tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;
-  /// m, corners of its box.
+  /// Lower corner of a box around the tooth, m.
   dvec3 low() const;
   dvec3 high() const;
 };

@@ -12,16 +12,16 @@ namespace typodont {
 
 namespace {
 
-// cosine between normal and axis, from which a surface is a chewing surface
+// A surface belongs to the chewing surface if the cosine between normal and axis exceeds this.
 constexpr double kOcclusal = 0.5;
-// m, of the grid for the outline at the margin
+// Cell size of the grid for the margin's outline, m.
 constexpr double kCell = 0.1e-3;
-// voxels; shorter, normals would follow the CT's noise
+// Half the distance over which normals are computed, voxels. With less, they would follow the noise of the CT.
 constexpr double kNormalReach = 2;
-// voxels, within which distances are exact
+// Largest distance from the surface that is exact, voxels.
 constexpr double kExactBand = 3;
 
-/// Of the tooth at the margin's height, with signed distance.
+/// Outline of the tooth at the height of the margin, with a signed distance.
 class Outline {
  public:
   Outline(const DenseCopy& copy, const session::DenseField& tooth, const glm::dmat3& axes, double height) {
@@ -49,9 +49,9 @@ class Outline {
     }
   }
   bool empty() const { return points_.empty(); }
-  /// m in the plane, negative inside.
+  /// Signed distance to the plane outline, negative inside, m.
   double distance(const glm::dvec2& q) const {
-    double square = 1e18;  // m²
+    double square = 1e18;  // m², squared distance to the nearest point
     for (const glm::dvec2& p : points_) square = std::min(square, glm::dot(p - q, p - q));
     return inside_(q) < 0 ? -std::sqrt(square) : std::sqrt(square);
   }
@@ -61,18 +61,18 @@ class Outline {
   std::function<double(const glm::dvec2&)> inside_;
 };
 
-/// Columns u, v, w; w is `axis`.
+/// Unit vectors u, v, w as matrix columns; w is `axis`.
 glm::dmat3 basis(const dvec3& axis) {
   const dvec3 least = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 v = glm::normalize(glm::cross(axis, least));
   return {glm::cross(v, axis), v, axis};
 }
 
-/// m from where the centre of the bur's round end may be: outside the wall, above the chamfer. `aside`: m from the
-/// outline at the margin; `height`: m along the axis.
+/// Distance from the region where the centre of the bur's round end may be: outside of the wall, above the chamfer; m.
+/// `aside`: distance from the outline at the margin, m; `height`: along the axis, m.
 double from_centers(const CrownReduction& crown, double aside, double height) {
   const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
-  // m from the wall
+  // Distance from the wall, m.
   const double wall = (aside + crown.chamfer + (height - crown.margin_height) * std::tan(lean)) * std::cos(lean);
   const double inside = std::max(0.0, crown.chamfer_radius - wall), below = std::max(0.0, bottom - height);
   if (height + inside * std::sin(lean) >= bottom) return inside;
@@ -80,8 +80,8 @@ double from_centers(const CrownReduction& crown, double aside, double height) {
   return aside < corner ? std::hypot(aside - corner, below) : below;
 }
 
-/// Tissue within `depth` (m) below the surface points with wanted(point in W, normal). `gone` (m): largest depth minus
-/// distance, per voxel.
+/// Removes the tissue less than `depth` (m) below those surface points for which wanted(point in W, normal) is true.
+/// `gone`: for each voxel, the largest value of depth minus distance, m.
 template <class Wanted>
 void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, double depth, const Wanted& wanted,
                   std::vector<float>& gone) {
@@ -113,7 +113,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
     gone[i] = std::max(gone[i], static_cast<float>(depth - h * std::sqrt(nearest[i])));
 }
 
-/// By `by` voxels; positive: the tissue grows.
+/// Moves the surface outwards by `by` voxels, so that the tissue grows; inwards if `by` is negative.
 session::DenseField moved(session::DenseField field, double by) {
   for (float& d : field.distance) d -= static_cast<float>(by);
   return session::redistanced(field);
@@ -141,7 +141,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // At least the chamfer's depth above the chamfer, and the occlusal reduction below the chewing surface.
+  // Removes the depth of the chamfer above it, and the occlusal reduction below the chewing surface.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;
@@ -164,7 +164,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
       }
     }
   }
-  // Edges are rounded: inwards by their radius, then outwards.
+  // Rounds edges: moves the surface inwards by `radius`, then outwards.
   const double radius = crown.edge_radius / h;
   if (radius > 0) kept = moved(moved(session::redistanced(kept), -radius), radius);
   for (std::size_t i = 0; i < gone.size(); ++i)

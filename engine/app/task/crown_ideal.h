@@ -1,4 +1,4 @@
-// A crown preparation's ideal, computed from the tooth's surface.
+// Computes a crown preparation's ideal from the tooth's surface.
 #pragma once
 
 #include "engine/app/tissue/tissue_edit.h"
@@ -6,21 +6,21 @@
 
 namespace typodont {
 
-/// m.
+/// Dimensions of a crown preparation, m.
 struct CrownReduction {
-  double margin_height = 0;   // of the chamfer, along the axis
-  double chamfer = 0;         // below the outline; least depth of the walls
-  double chamfer_radius = 0;  // of the section: the bur's round end
-  double taper = 0;           // rad, total: twice the angle of wall and axis
-  double occlusal = 0;        // below the uncut surface
+  double margin_height = 0;   // height of the chamfer's margin along the axis
+  double chamfer = 0;         // the chamfer's depth below the outline; the walls' smallest depth
+  double chamfer_radius = 0;  // chamfer's radius, equal to that of the bur's end
+  double taper = 0;           // rad, total convergence: twice the angle between wall and axis
+  double occlusal = 0;        // depth below the uncut chewing surface
   double edge_radius = 0;     // radius of the rounded edges between the surfaces
 };
 
-/// Object `crown` of an ideal. Throws Error.
+/// Reads the object `crown` of an ideal. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
-/// `axis_W`: unit vector out of the tooth, the crown's path. The chewing surface moves in by the same depth everywhere;
-/// walls follow the outline at the margin and lean inwards.
+/// Reduces the tooth in `copy`. The chewing surface is lowered by the same depth everywhere; walls follow the outline
+/// at the margin and lean inwards. `axis_W`: unit vector out of the tooth, along which the crown is placed.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont

@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;  // m, cells that measure the volume
+constexpr double kCell = 0.1e-3;  // m, size of the cells that measure the damaged volume
 constexpr double kVolume = kCell * kCell * kCell;
-// m of the head's motion between evaluations
+// Motion of the head between two evaluations, m.
 constexpr double kMoved = 0.01e-3;
-constexpr double kPause = 0.75;  // s between two touches
-// m, depth without damage
+constexpr double kPause = 0.75;  // s, shortest pause between two touches
+// Depth that does not count as damage, m.
 constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {
@@ -57,7 +57,7 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
-          // The gum overlaps the tooth; points inside the tooth damage no gum.
+          // The gum overlaps the tooth, so a point inside the tooth is no damage to the gum.
         } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
           if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
         }

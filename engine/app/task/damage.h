@@ -1,5 +1,5 @@
-// Damage to neighbouring teeth and gum, which are not in the haptic field: the rotating head is moved through their
-// distance fields. A recording gives the same. Far away it costs two queries per tick.
+// Measures damage to neighbouring teeth and gum, which are not in the haptic field: moves the rotating head through
+// their distance fields. A replay gives the same result. Far from them, it costs two queries per tick.
 #pragma once
 
 #include <memory>
@@ -15,10 +15,10 @@
 
 namespace typodont {
 
-/// Every tick in order, in groups of any size. One thread only.
+/// Call add() with all ticks in order, in any number of calls. One thread only.
 class DamageMeter {
  public:
-  /// ServoTick::tool is an index in `tools`.
+  /// `tools`: the session's tools; ServoTick::tool is an index into them.
   DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools);
   void add(std::span<const ServoTick> ticks);
   session::DamageMeasures result() const;
@@ -34,7 +34,7 @@ class DamageMeter {
   SurroundingsShape shape_;
   std::vector<Head> heads_;
   std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells that the bur has entered
-  std::optional<Pose> last_;                           // of the head, at the last evaluation
+  std::optional<Pose> last_;                           // pose of the head at the last evaluation
   std::uint32_t last_tool_ = 0;
   std::vector<session::DamageMeasures::Touch> touches_;
   Nanos touched_[2] = {};     // ns, last touch of neighbour and gum
@@ -43,7 +43,7 @@ class DamageMeter {
 };
 
 struct Scene;
-/// Empty without neighbours and gum. Throws Error.
+/// The meter of a scene; empty if it has neither neighbours nor gum. Throws Error.
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 
 }  // namespace typodont

@@ -23,9 +23,9 @@ namespace typodont {
 
 namespace {
 
-// m around the changed region
+// Margin around the changed region, m.
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
-// voxels; closer surfaces of two tissues count as equal
+// Largest distance at which surfaces count as equal, voxels.
 constexpr float kChanged = 0.02f;
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
@@ -34,14 +34,15 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
   return solids;
 }
 
-/// Voxels from the surface of the labelled region, smooth: by the fraction of labelled voxels among 3×3×3.
+/// Distance to the surface of the region with the wanted labels, voxels. Smooth, because it uses the fraction of such
+/// voxels among 3×3×3.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
   for (std::size_t i = 0; i < marked.size(); ++i) {
     marked[i] = std::find(wanted.begin(), wanted.end(), copy.tissue[i]) != wanted.end() ? 1.0f : 0.0f;
   }
-  // Width three along each axis.
+  // Box filter of three voxels along each axis.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> blurred(marked.size());
     for (int x = 0; x < n.x; ++x) {
@@ -59,14 +60,14 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // The fraction changes by about 1/3 per voxel. Moved out by 0.4 voxels to enclose the corners. Fractions 0 and 1
-  // become ± kFar, which redistanced() replaces.
+  // The fraction changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels to enclose the corners.
+  // Fractions of 0 and 1 become ± kFar, which redistanced() replaces.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
-/// Distances, and labels where `other` has them, at the same points.
+/// Copies distances from `other` at the same points, and labels where it has them.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
@@ -85,7 +86,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// The ideal is a closed mesh's inside; tissue more than a voxel outside goes.
+/// The ideal is the inside of a closed mesh. Tissue more than a voxel outside of it must be removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -180,7 +181,7 @@ session::Preparation cropped(const session::Preparation& in) {
   return out;
 }
 
-/// Inside at least one solid.
+/// For each sample: true if inside at least one solid.
 std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& solids, const DenseCopy& copy) {
   std::vector<bool> result;
   if (solids.empty()) return result;
@@ -212,7 +213,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"], scene.place)), copy);
   } else if (ideal.has("session")) {
-    // Final tissue of a recorded session.
+    // The ideal is the final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"], scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place), copy_of(start)), copy);
@@ -272,7 +273,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
-  // Around initial, final and ideal tissue.
+  // Box around initial, final and ideal tissue.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -289,7 +290,7 @@ session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& aft
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // The grids are aligned, the origins differ.
+  // The grids are aligned, but their origins differ.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };
@@ -326,7 +327,7 @@ std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
 
 namespace {
 
-/// Mean of each removed tissue. Empty: full hardness everywhere.
+/// Mean hardness of the removed part of each tissue. Empty if all tissue has full hardness.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
   const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
@@ -398,7 +399,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   haptics::TissueVolume after = recorded.carver().take_tissue();
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // those in the file could be wrong
+  input.before = start.volumes();  // the volumes in the file could be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
@@ -408,7 +409,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   Water water(session, scene.spray_on);
   std::optional<session::ImplantMeter> implant;
   if (scene.implant) implant.emplace(*scene.implant);
-  constexpr std::uint64_t kPieceTicks = 8192;  // ticks read at a time
+  constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read at a time
   const bool reads = explored || damage || heat || implant;
   for (std::uint64_t first = 0; reads && first < session.tick_count(); first += kPieceTicks) {
     std::vector<ServoTick> ticks = session.ticks(first, kPieceTicks);

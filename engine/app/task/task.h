@@ -1,4 +1,4 @@
-// Initial and ideal tissue of a scene's task, and the comparison of a result with them.
+// Builds a task's ideal tissue, and compares results with it.
 #pragma once
 
 #include <memory>
@@ -15,26 +15,26 @@
 
 namespace typodont {
 
-/// Empty without an ideal. `start`: of load_untouched(scene). Throws Error.
+/// The ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 /// The ideal; else the planned implant's bed; else `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Copies its arguments. One thread at a time.
+/// Compares results with the ideal. Copies its arguments. One thread at a time.
 class TaskEvaluator {
  public:
-  /// Throws Error without a valid ideal.
+  /// Throws Error if the ideal is not valid.
   TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Measures go to `input`; returns the compared tissues, empty for an exploration. About a second for a tooth, less
-  /// in the same region again.
+  /// Measures the tissue; stores the measures in `input`, and returns the compared tissues (empty for an exploration).
+  /// Takes about a second for a tooth, less if the region has not changed.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
-  /// Initial, final and ideal tissue on a common grid around what changed or should have.
+  /// Initial, final and ideal tissue on a common grid, around everything that changed or should have changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// Needs all ticks; it is part of the score's input.
+  /// The meter of an exploration task, which needs all ticks; its result is a part of the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -42,26 +42,26 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
-  /// Shared with a result in the same box.
+  /// Data that is reused for results in the same box.
   struct Reference {
-    dvec3 origin;  // frame W, m, of the box
+    dvec3 origin;  // m, frame W, origin of the box
     glm::ivec3 size;
     session::CavityReference cavity;
   };
   mutable std::optional<Reference> reference_;
 };
 
-/// With the tissue, enough for the score without a recording.
+/// Data of the hand that, together with the tissue, gives the score of a session without a recording.
 struct FinishedHand {
   session::ScoreInput input;  // measured values of the hand, and the damage
   std::optional<session::ExploreMeter> explore;
-  std::vector<ServoTick> unexplored;  // of an exploration, not yet evaluated
+  std::vector<ServoTick> unexplored;  // ticks of an exploration that are not yet evaluated
 };
-/// The same score as evaluate_session() of the recording. A second or more. Throws Error if tissue or ideal cannot be
-/// built.
+/// Computes the score that evaluate_session() would give for a recording. Takes a second or more. Throws Error if the
+/// tissue or its ideal cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
-/// With its score, and the tissue rebuilt from the cuts.
+/// A recorded session with its score, and with the tissue computed again from the cuts.
 struct EvaluatedSession {
   Scene scene;
   haptics::TissueVolume start, after;
@@ -72,9 +72,9 @@ struct EvaluatedSession {
   // Of the session, in order, whose strokes were not undone; while the session lives.
   std::vector<const Cut*> cuts;
 };
-/// Throws Error if the tissue is missing or has changed.
+/// Evaluates a recorded session. Throws Error if its tissue is missing or has changed.
 EvaluatedSession evaluate_session(const session::SessionReader& session);
-/// By the rules of `scene`, which otherwise equals the session's (scene_with).
+/// Evaluates a session by the rules of `scene`, which otherwise equals the session's scene (scene_with).
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

@@ -17,13 +17,13 @@ namespace typodont {
 
 namespace {
 
-// m below the shell, from cortical to cancellous grey value
+// Depth below the cortical shell in which the grey value changes from cortical to cancellous, m.
 constexpr double kEndosteum = 0.5e-3;
-// m between random grey values; several trabecular distances
+// Distance between random grey values, m: several trabecula distances.
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
-/// −1 to 1 per grid point (splitmix64).
+/// Random number for a grid point, −1 to 1 (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
   std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +
@@ -35,7 +35,7 @@ double lattice(std::uint64_t seed, const glm::ivec3& at) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
-/// −1 to 1, interpolated.
+/// Random noise, −1 to 1, interpolated between the grid points.
 double noise(std::uint64_t seed, const dvec3& p) {
   const glm::ivec3 at(glm::floor(p));
   dvec3 f = p - dvec3(at);
@@ -48,16 +48,16 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// Of the object "bone", without the mesh.
+/// The object "bone" of a scene, without the mesh.
 struct Bone {
   double voxel = 0, band = 0;
   dvec3 lo{0}, hi{0};  // m, frame W, bounds of the sampled box
-  Pose X_MW;           // W of the scene to M of the mesh
+  Pose X_MW;           // pose of the scene's frame W in mesh frame M
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // of cancellous bone, largest, relative to its mean
+  double variation = 0;  // largest variation of cancellous bone, relative to its mean
   std::uint64_t seed = 1;
-  double canal_wall = 0;  // m, cortical bone around the canal
+  double canal_wall = 0;  // m, thickness of the cortical bone around the canal
   NerveCanal canal;
 };
 
@@ -171,18 +171,19 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   dense.distance.resize(count);
   dense.tissue.assign(count, Tissue::kAir);
   dense.hardness.assign(count, haptics::kOwnHardness);
-  // The jaw without removed solids. `to_jaw`: distance at p_W.
+  // Distance to the jaw without the removed solids. `to_jaw`: distance to the mesh at p_W.
   const auto at = [&](const dvec3& p_W, double to_jaw) {
     double outer = to_jaw;
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // Far blocks are skipped by one distance each: it changes by at most the way between two points.
+  // Blocks far from the jaw are recognised by the distance at their middle, which changes by at most the distance
+  // between two points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
-    // The mesh may be larger than the box; bone ends inside its faces.
+    // The mesh may be larger than the box, so the bone ends inside the box's faces.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
@@ -194,7 +195,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // From cortical to cancellous over kEndosteum.
+    // The grey value changes from cortical to cancellous over kEndosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

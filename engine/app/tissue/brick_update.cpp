@@ -2,7 +2,7 @@
 
 namespace typodont {
 
-/// 21 bits per index: enough for any volume in memory.
+/// Packs the three indices, 21 bits each: enough for any volume that fits into memory.
 std::uint64_t brick_number(const glm::ivec3& key) {
   const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
   return part(key.x) << 42 | part(key.y) << 21 | part(key.z);

@@ -1,4 +1,4 @@
-// Triangles of a brick in the renderer's format.
+// Converts the triangles of a brick to the renderer's format.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace typodont {
 
-/// Unique per brick. `key`: its index along each axis.
+/// Each brick's unique number. `key`: its index along each axis.
 std::uint64_t brick_number(const glm::ivec3& key);
 
-/// Positions in m from the volume's origin. `voxel`: m.
+/// Converts a mesh. Positions become m from the volume's origin.
 render::MeshUpdate brick_update(const surface::BrickMesh& mesh, double voxel);
 
 }  // namespace typodont

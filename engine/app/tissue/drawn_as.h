@@ -1,4 +1,4 @@
-// A tissue drawn as another one, to hide a lesion (material key "looks_like").
+// Draws a tissue as another one, to hide a lesion (material key "looks_like").
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// By default, each tissue looks like itself.
+/// By default, each tissue is drawn as itself.
 class DrawnAs {
  public:
   DrawnAs() {
@@ -16,7 +16,7 @@ class DrawnAs {
   }
   void set(Tissue tissue, Tissue as) { as_[static_cast<std::size_t>(tissue)] = as; }
   Tissue operator()(Tissue tissue) const { return as_[static_cast<std::size_t>(tissue)]; }
-  /// Labels by the look.
+  /// Replaces each label by the tissue drawn in its place.
   template <class Labels>
   void apply(Labels& labels) const {
     if (*this == DrawnAs()) return;

@@ -1,4 +1,4 @@
-// Meshes of bodies given by functions in W, by the tissue's mesher. For bodies that are only drawn.
+// Meshes bodies that are only drawn, given by functions of a position in W, with the tissue's mesher.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,12 @@
 
 namespace typodont {
 
-/// Normals from the distance function: the mesher takes bends of a coarse mesh for creases. At real creases its normals
-/// stay. `lo`: m, W, origin of the vertices; `step`: m, of central differences.
+/// Replaces normals by the gradient of the distance function, because the mesher takes bends of a coarse mesh for
+/// creases. Normals at real creases remain. `lo`: origin of the vertices, m, frame W; `step`: step of the central
+/// differences, m.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  /// cosine between mesher's normal and gradient, below which the vertex is at a crease
+  /// If the cosine between the mesher's normal and the gradient is smaller than this, the vertex is at a crease.
   constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
@@ -34,21 +35,22 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-constexpr double kSteepest = 1.5;  // m per m, slope of a body's distance function
+constexpr double kSteepest = 1.5;  // m per m, largest slope of a body's distance function
 
-/// Box `lo` to `hi` (m, W), vertices relative to `lo`. `distance(p)`: m, negative inside, slope up to kSteepest;
-/// `label(p)`: near the surface only; one mesh per entry of `tolerances` (voxels); `wanted(lo, hi)`: false for boxes to
-/// skip.
+/// Meshes a body in the box from `lo` to `hi` (m, frame W), once for each entry of `tolerances` (voxels). Vertices are
+/// relative to `lo`. `distance(p)`: m, negative inside, slope up to kSteepest. `label(p)`: tissue near the surface.
+/// `wanted(lo, hi)`: false for boxes that are skipped.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // Round bodies need no creases. The mesher looks for them only at slope 1, so the field is flattened by kFlat.
+  // Round bodies need no creases. The mesher searches for creases only where the slope is 1, so kFlat makes the field
+  // flatter.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// one sample before the first cell, two after the last
+  /// One sample before the first cell, two after the last.
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
@@ -60,7 +62,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // Blocks are computed when first needed; far from the surface, one value fills them.
+  // Computes a block of samples when one of them is first needed. Far from the surface, one value fills the block.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];

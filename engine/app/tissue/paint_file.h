@@ -17,22 +17,23 @@
 
 namespace typodont {
 
-/// All tissue within `radius` of the line a–b. m, W.
+/// A brush stroke: all tissue closer than `radius` to the line from a to b. m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // on the tissue's own; below 1: softer
-  double hardness = 1;          // 0..1; 1: the tissue's full hardness
+  double stiffness_factor = 1;  // factor on the tissue's own stiffness; below 1: softer
+  double hardness = 1;          // 0 to 1; 1: the full hardness of the tissue
 };
 
-/// Throws Error.
+/// Reads the strokes of a file. Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// In order: later strokes cover earlier ones. False: no stroke touched tissue.
+/// Paints the strokes in order, so that later strokes cover earlier ones. False: no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// For the whole volume: mean over the tissue's strokes by their volumes; 1 without strokes.
+/// Stiffness factor of a tissue in the whole volume: mean over its strokes, weighted by their volumes; 1 without
+/// strokes.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// The flat face where a plane cuts a solid, coloured by its tissues. Functions of a position in W.
+// Makes the flat face where a plane cuts a solid, coloured by its tissues. Arguments are functions of a position in W.
 #pragma once
 
 #include <algorithm>
@@ -12,15 +12,16 @@
 
 namespace typodont {
 
-/// normal · p > offset is kept; the face is seen from the other side.
+/// A plane. The part with normal · p > offset is kept; a viewer on the other side sees the face.
 struct CutPlane {
   dvec3 normal;
-  double offset;  // m, distance of the plane from the origin along its normal
-  // m inside the kept side, or clipping would remove the face; an inner surface shows a strip of this width
+  double offset;  // m, the plane's distance from the origin along its normal
+  // The face is this far inside the kept part, m, because clipping would remove it exactly on the plane. A strip of an
+  // inner surface of this width remains visible.
   double within = 0.2e-6;
 };
 
-/// Largest fraction, without air and `except`; air if there is none.
+/// The tissue with the largest fraction, except air and `except`. Air if there is none.
 inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
   for (std::size_t t = 1; t < fractions.size(); ++t)
@@ -28,17 +29,17 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
   return best;
 }
 
-/// Box `lo` to `hi` (m, W), cells of `step` (m), vertices relative to `origin`. `distance(p)`: m, negative inside;
-/// `fractions(p)`: tissues around p.
+/// Makes the face inside a box (m, frame W) from cells of size `step` (m). Vertices are relative to `origin`.
+/// `distance(p)`: m, negative inside; `fractions(p)`: fractions of the tissues around p.
 template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Fractions&& fractions) {
-  /// Cells per side of a piece: indices fit, and hidden pieces are skipped.
+  /// Number of cells along each side of a mesh: small enough for its indices, and so that hidden meshes can be skipped.
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
-  const dvec3 v = glm::cross(n, u);  // u × v = n
-  // Finds the rectangle of the plane that lies within the box.
+  const dvec3 v = glm::cross(n, u);  // so that u × v = n
+  // Finds the plane's rectangle that contains the box's section.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
     const dvec3 p(corner & 1 ? box_hi.x : box_lo.x, corner & 2 ? box_hi.y : box_lo.y, corner & 4 ? box_hi.z : box_lo.z);
@@ -74,7 +75,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // Corners in the tissue and crossings of its outline, in order around the cell.
+          // Polygon of the cell's part in the tissue: corners inside and crossings of the outline, in order around the
+          // cell.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -102,7 +104,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // The viewer looks along the normal: reversed corners face him.
+          // The viewer looks along the normal, so the order of the corners is reversed.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ns; faster solids are not cached
+// Sampling that is faster than this is not cached, ns.
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes of all cached files
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -28,16 +28,16 @@ struct Close {
 };
 using File = std::unique_ptr<gzFile_s, Close>;
 
-/// All but the voxels.
+/// Header of a cached file: everything except the voxels.
 struct Head {
   VoxelFrame frame;
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // hardness follows the labels
+  bool graded = false;  // true: the labels are followed by the hardness
 };
 
-/// zlib states sizes as int. False: it failed.
+/// Processes the data in pieces, because zlib states sizes as int. False: a step failed.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;
@@ -60,9 +60,9 @@ bool get(gzFile file, T* data, std::size_t count) {
                    [&](char* p, unsigned n) { return gzread(file, p, n); });
 }
 
-/// Throws Error.
+/// Writes the tissue. Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  // Most values are equal: higher levels take longer and save little.
+  // Compression level 1: most values are equal, so higher levels take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
@@ -74,7 +74,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False: not a complete tissue.
+/// Reads the tissue. False: the file contains no complete tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
@@ -100,7 +100,7 @@ std::vector<Json> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Empty if a file is unreadable; sampling reports that.
+/// Key of the cached file. Empty if a file cannot be read; sampling reports that.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Sha256 key;
   cache::add_build(key);

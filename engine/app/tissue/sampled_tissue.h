@@ -1,5 +1,5 @@
-// A scene's solids or mesh on a voxel grid, cached between runs if slow. The key covers the JSON, the meshes' bytes and
-// the program's sources.
+// Samples a scene's solids or mesh on a voxel grid, and caches the result between runs if it was slow. The cache key
+// contains the JSON, the bytes of the meshes, and the program's sources.
 #pragma once
 
 #include "engine/base/json.h"
@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// The same bits as haptics::read_solids() or haptics::rasterize(). Needs `files.find`. Throws Error.
+/// Gives the same bits as haptics::read_solids() or haptics::rasterize(). Needs `files.find`. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

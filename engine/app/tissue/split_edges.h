@@ -1,4 +1,4 @@
-// Splits long edges: light and displacement are interpolated between vertices.
+// Splits long edges of a mesh, because light and displacement are interpolated between its vertices.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// Returns the vertex in the middle of an edge.
+/// The vertex in the middle of an edge.
 inline render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
   render::Vertex m = a;
   m.p = 0.5f * (a.p + b.p);
@@ -25,8 +25,8 @@ inline render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b
   return m;
 }
 
-/// Halves each edge with `splits(a, b)`; false: none. If `splits` depends only on both vertices, no cracks appear, also
-/// between bricks.
+/// Halves each edge for which `splits(a, b)` is true. False if there was none. If `splits` depends only on the two
+/// vertices, no cracks appear, even between bricks.
 template <class Splits>
 bool split_edges(render::MeshUpdate& mesh, Splits&& splits) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -42,13 +42,13 @@ bool split_edges(render::MeshUpdate& mesh, Splits&& splits) {
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
-    // vertex in the middle of the edge after corner i; negative: not split
+    // Index of the vertex in the middle of the edge after corner i; negative: the edge is not split.
     std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};
     const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
     };
     const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
-    // First edge split, last one not (unless all are).
+    // Rotates the corners so that the first edge is split and the last edge is not (unless all are split).
     for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
       std::rotate(c.begin(), c.begin() + 1, c.end());
       std::rotate(m.begin(), m.begin() + 1, m.end());

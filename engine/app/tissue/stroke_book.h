@@ -1,4 +1,5 @@
-// What each stroke removed or painted, for the sums after an undo. The tissue's thread only.
+// Records what each stroke removed or painted, so that the sums are right after an undo. Only the thread that owns the
+// tissue.
 #pragma once
 
 #include <vector>
@@ -9,12 +10,12 @@
 
 namespace typodont {
 
-/// As a session shows it.
+/// State of the tissue as a session shows it.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // since the start
-  PerTissue removed{};                   // m³, without undone strokes
-  std::size_t painted = 0;               // brush strokes, without undone ones
+  std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
+  PerTissue removed{};                   // m³, removed volume, without undone strokes
+  std::size_t painted = 0;               // number of brush strokes, without undone ones
   std::uint64_t version = 0;             // number that increases whenever the tissue changes
 };
 
@@ -22,7 +23,7 @@ class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // `strokes`: after the cut.
+  // Adds a cut. `strokes`: state after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -34,7 +35,7 @@ class StrokeHistory {
     ++state_.painted;
     ++state_.version;
   }
-  /// After an undo or redo.
+  /// Updates the sums after an undo or redo.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
@@ -52,7 +53,7 @@ class StrokeHistory {
     state.strokes = strokes;
     return state;
   }
-  /// In order, without undone ones.
+  /// The brush strokes in order, without undone ones.
   std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
     for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)
@@ -65,7 +66,7 @@ class StrokeHistory {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// A new stroke ends redo: entries of undone strokes go.
+  /// A new stroke makes redo impossible, so the entries of undone strokes are removed.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();

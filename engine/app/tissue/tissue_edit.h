@@ -1,4 +1,4 @@
-// Volumes as plain arrays, to change or compare them whole. Not for the servo thread.
+// Copies of volumes as plain arrays, to change or compare whole volumes. Not for the servo thread.
 #pragma once
 
 #include <string>
@@ -9,27 +9,27 @@
 
 namespace typodont {
 
-/// Samples of a box; `frame` begins at its first sample.
+/// Samples of a box; `frame` originates at the first sample.
 struct DenseCopy {
   VoxelFrame frame;
   session::DenseField field;
   std::vector<Tissue> tissue;
-  /// 255: full; empty: full everywhere
+  /// Hardness of each sample; 255: full. Empty: full everywhere.
   std::vector<std::uint8_t> hardness;
   haptics::FilePlace place;
 };
 
-/// The given box, or the volume's bounds and two voxels.
+/// Copies the given box; without one, the volume's bounds and two more voxels.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// All tissue, distances in m. Throws Error with `file` if there is none.
+/// Copies all tissue, with distances in m. Throws Error with the name `file` if there is none.
 haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file);
 
-/// `band`: m, largest stored distance. Distances outside the tissue count as inexact.
+/// Makes a volume. `band`: largest stored distance, m. Distances outside of the tissue count as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
-/// Labels stay.
+/// Removes a solid's inside. Labels do not change.
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
 
 }  // namespace typodont

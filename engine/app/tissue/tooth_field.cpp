@@ -40,7 +40,7 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  // m below the surface where tissue is read, and step of the gradient
+  // Depth below the surface at which the tissue is read, and step of the gradient, m.
   constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {
@@ -64,7 +64,7 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
     if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
-  // Cubic B-spline: smooth borders between tissues.
+  // A cubic B-spline makes the borders between tissues smooth.
   const glm::ivec3 i(v);
   double weight[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -82,14 +82,14 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   return out;
 }
 
-/// Beyond the band, a chamfer distance transform, forwards and backwards.
+/// Adds distances beyond the band by a chamfer distance transform, forwards and backwards.
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);
   for (float& d : distance_)
     if (d > beyond) d = far;
   const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
-  // All but the one along z, which is known only just before.
+  // Steps to all neighbours except the one along z, whose distance is known only just before.
   const std::array<std::pair<std::ptrdiff_t, float>, 9> steps{{{dx, 1.0f},
                                                                {dy, 1.0f},
                                                                {dx + dy, 1.414f},
@@ -101,7 +101,7 @@ void ToothField::extend() {
                                                                {dx + dy + dz, 1.732f}}};
   const auto n = static_cast<std::ptrdiff_t>(distance_.size());
   float* const d = distance_.data();
-  // Voxels of a piece this long depend on each other only along z.
+  // In a piece of this length, voxels depend on each other only along z.
   const std::ptrdiff_t length = std::max<std::ptrdiff_t>(dy - dz, 1);
   std::vector<float> least(static_cast<std::size_t>(length));
   const auto pull = [&](std::ptrdiff_t first, std::ptrdiff_t count, std::ptrdiff_t sign) {

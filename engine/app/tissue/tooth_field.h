@@ -1,4 +1,4 @@
-// A whole volume as arrays, sampled anywhere. For pictures, before a session or on request.
+// A whole volume as arrays that can be sampled at any point. For pictures, before a session or on request.
 #pragma once
 
 #include <array>
@@ -11,20 +11,21 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Outside the tissue, distances up to `reach` (m) beyond the band are added, within a few percent.
+  /// Copies the volume. Outside the tissue, adds distances up to `reach` (m) beyond the band, exact within a few
+  /// percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// m, W: box of the surface and all stored distances.
+  /// Box around surface and stored distances, m, frame W.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// m, negative inside, linear; the largest computed one if no surface is near.
+  /// Signed distance, m, negative inside, interpolated linearly. If no surface is near: the largest computed distance.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Just below the nearest surface point.
+  /// Tissue just below the nearest point of the surface.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// 0..1 by tissue: labels weighted by a cubic B-spline.
+  /// Fraction of each tissue around the point, 0 to 1: labels weighted by a cubic B-spline.
   std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:

@@ -28,16 +28,16 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;  // threads per group, as in the shaders
-// With more spheres than threads, each thread takes several.
+constexpr std::size_t kGroup = 64;  // number of threads in a workgroup, as in the shaders
+// Largest number of workgroups. With more spheres than threads, each thread processes several spheres.
 constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// Rounding error of a position, relative to the tissue's extent: about a dozen roundings in single precision.
+// Rounding error of a position, as a fraction of the tissue's extent: about a dozen roundings in single precision.
 constexpr double kRounding = 2e-6;
 
-// Layout as in shaders/spheres.glsl.
+// A sphere in the layout of shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
   double radius = 0;
@@ -54,7 +54,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Written by the shaders: number of entries, and 32 unused bits.
+/// Header of a list that the shaders write: number of entries, and 32 unused bits.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -178,7 +178,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// False after a Vulkan failure, which is logged.
+  /// Runs `work`. False if Vulkan fails; the failure is logged.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -191,7 +191,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// In pieces; set-up only.
+  /// Uploads an array in pieces. For set-up only.
   template <class Write>
   void upload(const gpu::Buffer& to, std::size_t count, std::size_t bytes, Write&& write) {
     const std::size_t at_once = kStagingBytes / bytes;
@@ -207,7 +207,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Uploads the tool's spheres, and computes a sphere around its whole motion.
+  /// Uploads the tool's spheres. Bounds its motion by a sphere.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
     if (!loaded_ || from.empty() || from.size() > kMostBalls) return false;
@@ -227,7 +227,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Single precision rounds positions and distances.
+    // Adds the rounding errors of single-precision positions and distances.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
@@ -236,7 +236,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius}; });
   }
 
-  /// Waits for the end. Number of groups; 0: failed.
+  /// Runs one pass and waits for its end. Returns the number of workgroups; 0: failed.
   std::size_t run(Kind kind) noexcept {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMostGroups);
     const Pass pass{around_,
@@ -255,7 +255,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // What the pass has written becomes visible to the next one and the CPU.
+      // Makes the results of this pass visible to the next pass and to the CPU.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
@@ -275,7 +275,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      // The list was too short and lost results: load the tissue again.
+      // The list was too short, so results were lost: the tissue must be loaded again.
       loaded_ = false;
       return false;
     }
@@ -292,7 +292,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
-  dvec3 origin_{0};   // m, W: origin of the positions in single precision
+  dvec3 origin_{0};   // m, frame W: origin of the positions in single precision
   double slack_ = 0;  // m, rounding error of a position
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};

@@ -8,10 +8,10 @@ namespace typodont::bindings {
 
 namespace {
 
-// A library loaded late must fit its thread-local variables into the C library's reserve: the longer text is on the
-// heap.
+// A pointer, not a text: the C library reserves little thread-local memory for libraries that are loaded late. Copied
+// texts are on the heap.
 constinit thread_local const char* t_error = "";
-thread_local std::string t_copy;  // t_error may point to it
+thread_local std::string t_copy;  // the text to which t_error points if it was copied
 
 }  // namespace
 
@@ -101,7 +101,7 @@ const char* typodont_error(void) {
 }
 
 const char* typodont_tissue_name(uint32_t tissue) {
-  // a string literal, so null-terminated
+  // A string literal, so it ends with a null character.
   return tissue < static_cast<std::uint32_t>(kTissueCount) ? name_of(static_cast<Tissue>(tissue)).data() : nullptr;
 }
 

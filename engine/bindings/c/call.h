@@ -1,4 +1,5 @@
-// For every function of the C interface: locks the handle, catches exceptions, stores why it failed.
+// Helpers for all functions of the C interface: they lock the handle, catch exceptions, and store the reason of a
+// failure.
 #pragma once
 
 #include <concepts>
@@ -16,7 +17,7 @@
 
 namespace typodont::bindings {
 
-// What handles refer to.
+// The objects to which handles refer.
 struct SceneObject;
 struct HandObject;
 struct CoreObject;
@@ -34,15 +35,15 @@ template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static c
 template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
 // clang-format on
 
-/// typodont_error() then returns the text, whose address is stored: it must last until the program's end. Returns
-/// `result`. Real-time safe.
+/// Stores the address of a text, which typodont_error() then returns, so the text must exist until the program ends.
+/// Returns `result`. Real-time safe.
 typodont_result fail(typodont_result result, const char* literal) noexcept;
-/// With a copy. Allocates.
+/// As fail(), but stores a copy of the text. Allocates.
 typodont_result fail_with_copy(typodont_result result, const char* text) noexcept;
-/// In a catch block: text and result code of the exception. Allocates.
+/// To be called in a catch block: stores the exception's text, and returns its result code. Allocates.
 typodont_result fail_by_exception() noexcept;
 
-/// `body` returns a result code or nothing; exceptions become codes.
+/// Runs `body`, which returns a result code or nothing, and converts exceptions to result codes.
 template <class Body>
 typodont_result guarded(Body&& body) noexcept {
   try {
@@ -57,7 +58,7 @@ typodont_result guarded(Body&& body) noexcept {
   }
 }
 
-/// Locks a handle for this thread and scope, with access to its object.
+/// Locks a handle for this thread until the end of the scope, and gives access to its object.
 template <class Handle>
 class HandleLock {
  public:
@@ -67,7 +68,7 @@ class HandleLock {
   explicit operator bool() const noexcept { return taken_.found() == Found::kHeld; }
   Object& operator*() const noexcept { return *static_cast<Object*>(taken_.object()); }
   Object* operator->() const noexcept { return static_cast<Object*>(taken_.object()); }
-  /// The handle becomes invalid.
+  /// Makes the handle invalid and returns its object.
   std::unique_ptr<Object> drop() noexcept { return std::unique_ptr<Object>(static_cast<Object*>(taken_.drop())); }
   typodont_result why() const noexcept {
     return taken_.found() == Found::kBusy
@@ -81,7 +82,7 @@ class HandleLock {
   const Handle* handle_;
 };
 
-/// `body` with the locked object.
+/// Locks the handle and calls `body` with its object.
 template <class Handle, class Body>
 typodont_result with(Handle* handle, Body&& body) noexcept {
   const HandleLock<Handle> held(handle);
@@ -89,7 +90,7 @@ typodont_result with(Handle* handle, Body&& body) noexcept {
   return guarded([&] { return body(*held); });
 }
 
-/// Throws std::bad_alloc if the table is full.
+/// Creates a handle for an object. Throws std::bad_alloc if the table of handles is full.
 template <class Handle>
 Handle* make_handle(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
   void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
@@ -106,7 +107,7 @@ typodont_result free_handle(Handle* handle) noexcept {
   return guarded([&] { held.drop().reset(); });
 }
 
-/// One thread at a time may use HDF5.
+/// A lock that allows only one thread at a time to use HDF5.
 class SessionFiles {
  public:
   SessionFiles() : lock_(mutex()) {}
@@ -116,20 +117,21 @@ class SessionFiles {
   std::lock_guard<std::recursive_mutex> lock_;
 };
 
-/// Error with `text` if false.
+/// Throws an Error with `text` if `holds` is false.
 inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
-// bytes, of a struct in any version
+// Largest size of a struct in any version, bytes.
 constexpr std::uint32_t kLargestStruct = 4096;
-/// The host may have another version's struct. `first`: size in the first release.
+/// True if a struct of the host has an allowed size; the host may use another version. `first`: size in the first
+/// release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 
-/// `stride`: bytes between elements.
+/// Element i of an array of structs. `stride`: bytes between the beginnings of two elements.
 template <class T>
 T& element(T* array, std::size_t i, std::uint32_t stride) {
   using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;
@@ -153,7 +155,7 @@ static_assert(kTissueCount <= TYPODONT_TISSUES);
 inline void put(const PerTissue& from, double* to) {
   for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
 }
-/// All members but struct_size.
+/// Copies all members except struct_size.
 void put(const ServoTick& from, typodont_tick& out) noexcept;
 void put(const Cut& from, typodont_cut& out) noexcept;
 

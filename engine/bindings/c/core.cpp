@@ -61,7 +61,8 @@ void prefetch(typodont_tick& out) noexcept {
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
 }
 
-/// A time that runs backwards or leaves the longest session makes the pose invalid, and stays at `last`.
+/// Converts a sample. If its time runs backwards or exceeds the longest session, the pose becomes invalid and the time
+/// is `last`.
 haptics::HandSample to_hand(const typodont_sample& sample, Nanos last) noexcept {
   haptics::HandSample hand{sample.t_ns, to_pose(sample.X_WT), sample.pedal, sample.tool};
   if (hand.t >= last && to_seconds(hand.t) <= kLongestSession) return hand;
@@ -70,7 +71,7 @@ haptics::HandSample to_hand(const typodont_sample& sample, Nanos last) noexcept 
   return hand;
 }
 
-/// `made`: the tick's cut, or null.
+/// Writes the results of a tick to the host's structs. `made`: the tick's cut, or null.
 typodont_result answer(const ServoTick& tick, const Cut* made, typodont_tick* out, typodont_cut* cut) noexcept {
   put(tick, *out);
   if (cut) {
@@ -112,8 +113,8 @@ void CoreObject::record() {
 namespace {
 
 /// Does the work of the tissue's thread while the servo runs on another thread: repeats the servo's new cuts in the
-/// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. Returns false if there
-/// was nothing to do.
+/// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. False if there was
+/// nothing to do.
 bool carve(CoreObject& core, bool to_end = false) {
   const bool servo_is_freed = core.shared.use_count() == 1;
   const CarverSide::Read found = core.side->follow([](const Cut&) {}, to_end || servo_is_freed);

@@ -12,7 +12,7 @@ namespace {
 
 std::mutex g_mutex;                    // protects g_emptied and g_used
 std::vector<std::uint16_t> g_emptied;  // indices of empty slots that can be reused
-std::uint64_t g_used = 0;              // slots ever filled
+std::uint64_t g_used = 0;              // number of slots that were ever used
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  // next generation, unlocked; even: empty
+  // Next generation, not locked. An even generation means that the slot is empty.
   slot.state.store(state_ + 2, std::memory_order_release);
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;

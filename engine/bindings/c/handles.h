@@ -1,5 +1,5 @@
-// A handle is a number in a pointer's type that nobody dereferences. A table holds the valid ones, so freed, forged or
-// mixed-up handles are errors, not crashes.
+// A handle is a number with the type of a pointer that nobody dereferences. A table contains the valid handles, so that
+// a freed, forged or mixed-up handle gives an error, not a crash.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ inline constexpr std::uint64_t kSlots = 4096;
 inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
 static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
 
-/// The generation grows with each filling and emptying: odd while filled. `state`: twice the generation, plus one while
-/// a thread uses the object.
+/// The generation increases whenever the slot is filled or emptied, so it is odd while the slot is filled. `state`:
+/// twice the generation, plus one while a thread uses the object.
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> state{0};
   Kind kind{};
@@ -25,7 +25,8 @@ struct alignas(64) Slot {
 };
 extern std::array<Slot, kSlots> g_slots;
 
-/// For this thread and scope. Any thread; never allocates. Inline, because every tick calls it.
+/// Locks a handle for this thread until the end of the scope. Any thread; never allocates. Inline, because every tick
+/// calls it.
 class HeldHandle {
  public:
   HeldHandle(const void* handle, Kind kind) noexcept {
@@ -54,7 +55,7 @@ class HeldHandle {
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }
-  /// The handle becomes invalid; the caller owns the object.
+  /// Makes the handle invalid; the caller now owns the object.
   void* drop() noexcept;
 
  private:
@@ -63,7 +64,7 @@ class HeldHandle {
   Found found_ = Found::kBadHandle;
 };
 
-/// Any thread, but not during a tick. Null if 4096 exist.
+/// Creates a handle. Null if 4096 handles exist. Any thread, but not during a tick.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

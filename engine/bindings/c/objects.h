@@ -1,4 +1,4 @@
-// The objects to which the handles of scenes, hands and cores refer.
+// The objects behind the handles of scenes, hands and cores.
 #pragma once
 
 #include <memory>

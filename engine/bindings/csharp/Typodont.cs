@@ -66,7 +66,7 @@ public struct MeshPart {
   public IntPtr Vertices, Indices;
 }
 
-/// The triangles of one brick. No triangles: the brick contains no surface now.
+/// The triangles of one brick. Without triangles, the brick no longer contains a surface.
 public class Brick {
   public int X, Y, Z;
   public Vertex[] Vertices;
@@ -114,7 +114,7 @@ public sealed class Scene : IDisposable {
   internal IntPtr Handle;
   Scene(IntPtr handle) { Handle = handle; }
 
-  /// Opens a scene file, or a shipped scene by its name.
+  /// Opens a scene file, or a shipped scene by name.
   public static Scene Open(string scene, string model = null) {
     IntPtr handle;
     Native.Check(Native.typodont_scene_open(Native.Utf8(scene), Native.Utf8(model), out handle));

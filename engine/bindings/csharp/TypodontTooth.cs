@@ -1,9 +1,10 @@
-// A tooth in Unity: put this on a GameObject, and Typodont.cs and libtypodont.so into Assets/Plugins. The servo runs at
-// 1 kHz on its own thread, the tissue on a second thread. Each brick of the surface is one mesh, and Update() replaces
-// only the changed ones. `tool` is the hand (metres; Unity's y and z are exchanged, because z of W points up). `shownTool`
-// follows the hand but stays outside the tissue.
+// A tooth in Unity. Put this on a GameObject, and Typodont.cs and libtypodont.so into Assets/Plugins. The servo runs at
+// 1 kHz on its own thread, the tissue on a second thread.
+// Each brick of the surface is one mesh, and Update() replaces only those that changed. `tool` is the hand (metres;
+// Unity's y and z are exchanged, because z of W points up). `shownTool` follows the hand but stays outside the tissue.
 //
-// Tests compile it with mcs and run it over declarations of the Unity types that it uses. It was never run in Unity.
+// Tests compile this file with mcs and run it with declarations of the Unity types that it uses. It was never run in
+// Unity.
 #if UNITY_5_3_OR_NEWER
 using System.Collections.Generic;
 using System.Diagnostics;
@@ -16,14 +17,14 @@ public class TypodontTooth : MonoBehaviour {
   public Transform tool, shownTool;
   public Material material;
   public float pedal;
-  public Vector3 force;  // N, of the newest tick: for a device
+  public Vector3 force;  // N, force of the newest tick, for a device
 
   Core core;
   Servo servo;
   Thread servoThread, tissueThread;
   volatile bool going = true;
-  readonly object gate = new object();      // of hand, proxy and force; held only to copy them
-  readonly object coreGate = new object();  // of the core; the servo's thread never takes it
+  readonly object gate = new object();      // protects hand, proxy and force; locked only to copy them
+  readonly object coreGate = new object();  // protects the core; the servo's thread never locks it
   Vector3 hand, proxy;
   readonly Dictionary<Vector3Int, Mesh> bricks = new Dictionary<Vector3Int, Mesh>();
 
@@ -40,10 +41,11 @@ public class TypodontTooth : MonoBehaviour {
     tissueThread.Start();
   }
 
-  // Update() moves the hand once a frame, so the servo's hand follows it smoothly, with a time constant of 20 ms. For a
-  // hand that jumps once a frame, the energy ledger would expect a jump back, and reduce the force (docs/passivity.md).
+  // Update() moves the hand once per frame, so the servo's hand follows it smoothly, with a time constant of 20 ms. If
+  // the hand jumped once per frame, the energy ledger would expect a jump back and reduce the force
+  // (docs/passivity.md).
   void Feel() {
-    const float share = 0.05f;  // of the way, in each tick
+    const float share = 0.05f;  // fraction of the remaining distance moved in each tick
     Vector3 felt = hand;
     var clock = Stopwatch.StartNew();
     var sample = new Sample();
@@ -57,7 +59,7 @@ public class TypodontTooth : MonoBehaviour {
       sample.Pedal = pedal;
       try {
         servo.Step(ref sample, ref tick);
-      } catch (TypodontException) {  // an invalid pose: the force is zero until the next valid one
+      } catch (TypodontException) {  // invalid pose: zero force until the next valid pose
         lock (gate) force = Vector3.zero;
         continue;
       }
@@ -104,7 +106,7 @@ public class TypodontTooth : MonoBehaviour {
       corners[i] = new Vector3(v.X, v.Z, v.Y);
       normals[i] = new Vector3(v.Nx, v.Nz, v.Ny);
     }
-    // Unity draws triangles that are clockwise as seen from outside; the library's are counter-clockwise.
+    // Unity draws triangles that are clockwise as seen from outside; the library's triangles are counter-clockwise.
     for (int i = 0; i < brick.Triangles.Length; i += 3) {
       int second = brick.Triangles[i + 1];
       brick.Triangles[i + 1] = brick.Triangles[i + 2];

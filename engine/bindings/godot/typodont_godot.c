@@ -1,16 +1,17 @@
-/* Typodont in Godot 3: the NativeScript class TypodontTooth, over the C interface alone. Lengths are millimetres, so that a
- * tooth is ten units large; forces newtons. Every method may be called from the scene's thread.
+/* Typodont in Godot 3: the NativeScript class TypodontTooth, based on the C interface. Lengths in mm, so that a tooth
+ * is ten units large; forces in N. All methods may be called from the scene's thread. On failure, methods with a String
+ * return the reason, otherwise "".
  *
- *   open(scene) -> String                          a file, a shipped scene's name or its JSON; "" or why not
- *   tick(t, position, rotation, pedal) -> Vector3  one step on this thread, deterministic: the force on the hand
- *   start(position) -> String                      instead: the servo on a thread of its own, 1 kHz ...
- *   hand(position, rotation, pedal) -> Vector3     ... which follows this pose from now on; the newest force
- *   carve() -> String                              ... and each frame: the tissue follows
- *   tool() -> Vector3                              where the tool is held outside the tissue: draw it there
- *   removed() -> float                             mm3 of all tissues
- *   mesh() -> Array                                changed bricks: [key, vertices, normals, indices] after each other
- *   undo() -> bool
- *   error() -> String                              of the last call that failed
+ *   open(scene) -> String                          opens a scene: a file, a shipped scene's name or JSON
+ *   tick(t, position, rotation, pedal) -> Vector3  computes one step on this thread; returns the force on the hand
+ *   start(position) -> String                      instead of tick(): starts the servo's own thread, 1 kHz
+ *   hand(position, rotation, pedal) -> Vector3     with start(): sets the hand's pose; returns the newest force
+ *   carve() -> String                              with start(), call each frame: updates the tissue
+ *   tool() -> Vector3                              position at which to draw the tool (outside the tissue)
+ *   removed() -> float                             mm³, removed volume of all tissues together
+ *   mesh() -> Array                                changed mesh bricks; for each: key, vertices, normals, indices
+ *   undo() -> bool                                 undoes the last stroke; false: none was undone
+ *   error() -> String                              message of the last failed call
  */
 #include <math.h>
 #include <pthread.h>
@@ -26,12 +27,12 @@ static const gd_core* gd;
 
 typedef struct {
   typodont_core* core;
-  typodont_servo* servo; /* of the thread */
+  typodont_servo* servo; /* null unless `thread` runs */
   pthread_t thread;
   atomic_bool going;
-  pthread_mutex_t mutex;  /* of what follows */
-  typodont_sample sample; /* the hand as the scene has it */
-  typodont_tick tick;     /* the newest */
+  pthread_mutex_t mutex;  /* protects `sample` and `tick` */
+  typodont_sample sample; /* pose and pedal, as the scene last set them */
+  typodont_tick tick;     /* newest tick */
   char error[512];
 } Tooth;
 
@@ -72,9 +73,9 @@ static void to_pose(gd_variant** position_and_rotation, typodont_pose* X) {
 
 /* --- The servo's thread --- */
 
-/* The scene moves the hand once a frame, so `X` follows it smoothly, by one tick of 1 ms. For a hand that jumps once a
- * frame, the energy ledger would expect a jump back, and reduce the force (docs/passivity.md). Returns the pose to send;
- * an invalid one leaves X as it is. */
+/* Moves X towards `to` by one tick of 1 ms, and returns it. An invalid `to` is returned as it is, and leaves X
+ * unchanged. The scene sets the pose once per frame: without smoothing, the energy ledger would reduce the force after
+ * each jump (docs/passivity.md). */
 static typodont_pose follow(typodont_pose* X, const typodont_pose* to) {
   const double share = 1 - exp(-1e-3 / 20e-3); /* time constant: 20 ms */
   typodont_pose next;
@@ -103,7 +104,7 @@ static void* feel(void* user) {
     pthread_mutex_unlock(&tooth->mutex);
     sample.t_ns = t;
     sample.X_WT = follow(&X, &sample.X_WT);
-    typodont_servo_tick(tooth->servo, &sample, &tick, NULL); /* a bad pose gives no force, and is in tick.faults */
+    typodont_servo_tick(tooth->servo, &sample, &tick, NULL); /* invalid pose: zero force, a bit in tick.faults */
     pthread_mutex_lock(&tooth->mutex);
     tooth->tick = tick;
     pthread_mutex_unlock(&tooth->mutex);
@@ -226,7 +227,7 @@ METHOD(error, 0)
   return text(tooth->error);
 }
 
-/* Positions (offset 0, in mm) or normals (offset 3) of corners. */
+/* Array of the vertices' positions (offset 0) or normals (offset 3), times `scale`. */
 static gd_variant corners(const typodont_mesh_part* part, int offset, float scale) {
   gd_handle array;
   gd_vector3_array_new(gd, &array);

@@ -12,9 +12,9 @@ namespace typodont::session {
 namespace {
 
 constexpr RecordingLimits kLimits = kRecordingLimits;
-constexpr double kUnitTolerance = 1e-3;  // of a unit quaternion's or vector's length
+constexpr double kUnitTolerance = 1e-3;  // largest deviation of a unit quaternion's or vector's length from 1
 
-/// For messages. `what`: the column.
+/// A row of a table, for messages. `what`: the column.
 struct Row {
   const std::string& file;
   std::string_view table;

@@ -12,8 +12,8 @@ namespace typodont::session {
 
 namespace {
 
-// Units in files. An SI value is multiplied by a power of ten. A double stores this power exactly, so the conversion
-// rounds only once. The conversion back is a division, which also rounds only once.
+// Units in files. An SI value is multiplied by a power of ten, which a double stores exactly, so the conversion rounds
+// only once. The conversion back is a division, which also rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -55,7 +55,7 @@ Column<Message> exact(std::string name, std::string unit, std::string text, Fiel
   return column;
 }
 
-/// Makes a column of doubles in the unit `Unit`, for example mm.
+/// A column of doubles in the unit `Unit`, e.g. mm.
 template <class Unit, class Message, class Field>
 Column<Message> scaled(std::string name, std::string text, Field) {
   Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
@@ -97,7 +97,7 @@ Column<Message> added_later(Column<Message> column) {
 
 template <class Message, std::size_t... kIndex>
 void add_removed(std::vector<Column<Message>>& columns, const char* when, std::index_sequence<kIndex...>) {
-  // Index 0 is air. It has no column, because air cannot be removed.
+  // Air (index 0) has no column, because it cannot be removed.
   (columns.push_back(
        scaled<CubicMillimetres, Message>(fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
                                          fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
@@ -210,8 +210,8 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // The following columns contain values that contact models compute. Only CSV tables have these columns; session files
-  // do not, because a replay computes the values again.
+  // Values that contact models compute. Only CSV tables have the following columns; session files do not, because a
+  // replay computes the values again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;

@@ -1,4 +1,4 @@
-// Columns of a session's tables: name, unit, meaning, and conversion.
+// Columns of a session's tables: name, unit, meaning and conversion.
 #pragma once
 
 #include <cstddef>
@@ -32,19 +32,19 @@ constexpr Type type_of() {
   if constexpr (sizeof(T) == 1) return Type::kU8;
 }
 
-/// Of ServoTick, Cut or PatchUse.
+/// A column in a table of messages (ServoTick, Cut or PatchUse).
 template <class Message>
 struct Column {
   std::string name;
-  std::string unit;  // empty: none
+  std::string unit;  // empty: the column has no unit
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
-  // file to message; null: computed from other columns
+  // Copies a value from the file to the message. Null: the column is computed from others.
   void (*set)(Message&, const std::byte*) = nullptr;
   bool in_csv = true;
   bool in_file = true;
-  // After the first release; older files lack it, and the message keeps its default.
+  // True: the column was added after the first release. If an older file lacks it, the message keeps its default value.
   bool added = false;
 };
 
@@ -52,9 +52,9 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Attribute `labels` of tissue columns: "0 air, 1 enamel, …".
+/// Text for the attribute `labels` of tissue columns: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// "1 bad_input, 2 stale_patch, …".
+/// Text for the attribute `labels` of fault columns: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

@@ -12,9 +12,9 @@ namespace {
 
 thread_local std::string t_reason;
 
-/// Called after every failed call: the error stack lasts only until the next one.
+/// Stores the reason of a failed call. Must be called at once, because the next call clears HDF5's error stack.
 herr_t keep_reason(hid_t stack, void*) {
-  // The innermost call comes last and names the cause.
+  // The innermost call, last in the stack, names the cause.
   H5Ewalk2(
       stack, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
@@ -28,10 +28,11 @@ herr_t keep_reason(hid_t stack, void*) {
 }  // namespace
 
 H5Quiet::H5Quiet() {
-  // It would repeat writes that failed on a full disk, and print errors. Only before any other call.
+  // At exit, HDF5 would repeat writes that failed on a full disk, and print errors. This must be the first call of
+  // HDF5.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
-  // A file can name any filter, and HDF5 would load a plugin for it.
+  // Forbids plugins: a file can name any filter, and HDF5 would load a plugin for it.
   static const bool no_plugins = H5PLset_loading_state(0) >= 0;
   static_cast<void>(no_plugins);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
@@ -51,7 +52,7 @@ namespace {
 constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, largest size of a chunk
 constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, largest length of an attribute
 
-/// Group by group; every name must be a hard link.
+/// Opens the groups of the path one by one, because every name must be a hard link.
 H5 open_object(const std::string& file, hid_t root, const std::string& path) {
   H5 at(H5Oopen(root, ".", H5P_DEFAULT), H5Oclose);
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -100,7 +101,8 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // Otherwise a small damaged file could make the reader allocate much.
+  // The size in the file's header must fit the file: otherwise a small damaged file could make the reader allocate much
+  // memory.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());
@@ -137,7 +139,7 @@ hid_t h5_type(Type type) {
   return -1;
 }
 
-// HDF5 has no strings of length 0: "" is one null byte.
+// HDF5 has no strings of length 0, so "" is stored as one null byte.
 H5 h5_string_type(std::size_t size) {
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.get(), std::max<std::size_t>(size, 1));
@@ -228,7 +230,7 @@ bool read_text(const H5& dataset, std::string& text) {
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  // No limit needed: open_dataset() has compared it with the file's size.
+  // The length needs no limit here, because open_dataset() has compared it with the file's size.
   if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');

@@ -1,4 +1,4 @@
-// HDF5 for sessions: handles that close themselves, and reasons of failures.
+// HDF5 for session files: handles that close themselves, and texts that state why a call failed.
 #pragma once
 
 #include <hdf5.h>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Owns one HDF5 identifier.
+/// Owns one HDF5 identifier and closes it.
 class H5 {
  public:
   using Close = herr_t (*)(hid_t);
@@ -27,7 +27,7 @@ class H5 {
     return *this;
   }
   ~H5() { reset(); }
-  /// False if closing fails, for example on unwritten data.
+  /// Closes the identifier. False if closing fails, for example because data could not be written.
   bool reset() noexcept {
     const hid_t id = std::exchange(id_, -1);
     return id < 0 || close_(id) >= 0;
@@ -40,7 +40,7 @@ class H5 {
   Close close_ = nullptr;
 };
 
-/// While it exists, HDF5 prints nothing in this thread; see h5_reason().
+/// While this object exists, HDF5 prints no errors in this thread; see h5_reason().
 class H5Quiet {
  public:
   H5Quiet();
@@ -53,28 +53,29 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// Innermost failed call of this thread. Needs an H5Quiet.
+/// Why this thread's innermost call failed. Needs an H5Quiet.
 std::string h5_reason();
 
-/// By path from `root`; empty if missing. Only what the writer could have made: hard links; data in this file, writer's
-/// filters, one dimension, no more than fits the file. Others could expose other files. Throws Error(`file`, path, …).
+/// Opens an object by its path from `root`; empty if it does not exist. Accepts only what this program's writer
+/// creates: hard links; data inside the file, with known filters, in one dimension, no larger than the file. Anything
+/// else could read other files. Throws Error(`file`, path, …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 
 hid_t h5_type(Type type);
-/// UTF-8, padded with null bytes.
+/// String type: UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);
 
-// Writing: false on failure. Reading: false if missing or of another type.
+// Writing returns false on failure. Reading returns false if the attribute is missing or has another type.
 bool set_attribute(hid_t object, const char* name, std::string_view text);
 bool set_attribute(hid_t object, const char* name, double value);
 bool set_attribute(hid_t object, const char* name, std::uint64_t value);
 bool get_attribute(hid_t object, const char* name, std::string& text);
 bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
-/// Scalar dataset, UTF-8, any length.
+/// Writes text of any length as a scalar dataset, UTF-8.
 bool write_text(hid_t group, const char* name, std::string_view text);
-/// `dataset`: from open_dataset().
+/// Reads the text. `dataset`: from open_dataset().
 bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

@@ -21,18 +21,18 @@ namespace typodont::session {
 
 namespace {
 
-// The beginning of a journal file. After it follows each change as its offset, its length (8 bytes each) and its bytes.
+// Beginning of a journal file. It is followed by the changes, each as offset, length (8 bytes each) and bytes.
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '2'};
 struct Header {
   std::array<char, 8> magic = kMagic;
   std::array<char, 32> recording{};          // identity of the recording
-  std::uint64_t old_length = 0, length = 0;  // of the session file before and after the flush
+  std::uint64_t old_length = 0, length = 0;  // bytes, the session file's size before and after the flush
   std::uint64_t bytes = 0;                   // size of all changes in the journal
-  std::uint64_t checksum = 0;                // FNV-1a hash of all that precedes it, and of the changes
+  std::uint64_t checksum = 0;                // FNV-1a hash of all members above and of the changes
 };
-constexpr std::uint64_t kLargestSurplus = 64u << 20;  // bytes by which the changes may exceed the file
-constexpr std::uint64_t kLargestHole = 1u << 20;      // bytes of a flush that HDF5 allocates and does not write yet
-constexpr std::size_t kIdentityWithin = 1u << 20;     // bytes at the beginning of a recording that contain its identity
+constexpr std::uint64_t kLargestSurplus = 64u << 20;  // bytes by which all changes together may exceed the file
+constexpr std::uint64_t kLargestHole = 1u << 20;      // bytes that HDF5 may allocate without writing them yet
+constexpr std::size_t kIdentityWithin = 1u << 20;     // bytes at a recording's beginning that contain its identity
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
   const auto* from = static_cast<const char*>(bytes);
@@ -145,7 +145,7 @@ struct JournaledFile {
       return 0;
     }
     const auto* from = static_cast<const std::byte*>(bytes);
-    try {  // HDF5 is written in C
+    try {  // no exception may leave this function: HDF5 is in C
       if (!file.changes.empty() && file.changes.back().place + file.changes.back().bytes.size() == place) {
         file.changes.back().bytes.insert(file.changes.back().bytes.end(), from, from + size);
       } else {
@@ -227,7 +227,7 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
   }
-  // Reserves the disk space by which the file will grow. So a full disk is detected before the file changes. Some file
+  // Reserves disk space for the growth of the file, so that a full disk is detected before the file changes. Some file
   // systems do not support this.
   if (new_end > old_end &&
       fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&

@@ -1,7 +1,7 @@
-// A file driver for HDF5 with which a file survives a power cut. A flush first writes its changes to a journal beside
-// the file and syncs the journal. Then it writes the changes to the file and syncs the file. So at any moment, either
-// the file has the state of the last flush, or the journal contains all missing changes. (SQLite's write-ahead log
-// works in the same way if every commit is followed by a checkpoint.)
+// A file driver for HDF5 with which a file survives a power cut. A flush first writes all changes to a journal beside
+// the file, and then to the file; it syncs both.
+// So at any moment, either the file has the state of the last flush, or the journal contains all missing changes.
+// (SQLite's write-ahead log works in the same way if a checkpoint follows every commit.)
 #pragma once
 
 #include <hdf5.h>
@@ -24,13 +24,13 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Makes HDF5 use this driver for files that are opened with the property list `access` (H5P_FILE_ACCESS). Returns
-  /// false if HDF5 refuses.
+  /// Makes HDF5 use this driver for files that are opened with the property list `access` (H5P_FILE_ACCESS). False if
+  /// HDF5 refuses.
   bool use(hid_t access);
   /// Starts the journal. Before this call, writes change the file directly. Afterwards, the file changes only when HDF5
   /// flushes it, and each flush is one commit.
   void start() { started_ = true; }
-  /// States why a commit or a write failed; empty if none failed.
+  /// Why a commit or write failed; empty: none failed.
   const std::string& failure() const { return failure_; }
   /// 32 random hexadecimal digits. The recorder writes them to the beginning of the session file before start(), and
   /// the journal contains them too, so that it can be applied to no other recording.
@@ -42,23 +42,22 @@ class Journal {
   friend struct JournaledFile;
   bool commit(int file, std::vector<Change>& changes, std::uint64_t old_end, std::uint64_t new_end);
   bool fail(const char* what);
-  /// Removes the journal file. Called after the session file has become complete.
+  /// Removes the journal file, after the session file is complete.
   void remove();
 
   std::filesystem::path path_;
   std::string recording_;
   int fd_ = -1;
   std::uint64_t length_ = 0;
-  bool started_ = false, needed_ = false;  // needed_: the file still lacks a part of the last commit
+  bool started_ = false, needed_ = false;  // needed_: the file still lacks changes of the last commit
   std::string failure_;
 };
 
-/// Returns the path of the journal of `file`, for example "s.h5.journal".
+/// The path of the journal of `file`, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
-/// Returns the changes that a power failure may have kept from the file. Returns nothing if there is no journal, if the
-/// power failed while it was written, or if it does not belong to this file: the file has another identity, or a length
-/// that it cannot have had during the flush. The changes need at most 64 MiB more memory than the file has bytes, and
-/// lie inside the file as the flush would have left it.
+/// The changes of a flush that a power cut interrupted. Returns nothing if there is no journal, if it is incomplete, or
+/// if it belongs to another file: with another identity, or a length that this file cannot have had. The changes need
+/// at most 64 MiB more memory than the file has bytes, and are inside the file as it would be after the flush.
 std::vector<Change> journal_changes(const FileBytes& file);
 
 }  // namespace typodont::session

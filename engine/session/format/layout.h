@@ -15,18 +15,18 @@ inline constexpr const char* kFormatName = "typodont-session";
 inline constexpr std::uint64_t kFormatVersion = 1;
 // Largest length, in bytes, of the text in one row of the events. A longer text continues in the next rows.
 inline constexpr std::size_t kEventText = 256;
-inline constexpr std::size_t kPictureText = 128;  // bytes, largest length of a picture's name and of its title
+inline constexpr std::size_t kPictureText = 128;  // bytes, largest length of a picture's name or title
 
 inline constexpr const char* kLostLabels =
     "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
-// number of counters of lost data that files of the first version contain
+// Number of lost-data counters in files of the first version.
 inline constexpr std::size_t kLostAtFirst = 5;
 inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
   return {lost.ticks_ring, lost.cuts_ring,  lost.ticks_disk,   lost.cuts_disk,
           lost.other_disk, lost.other_ring, lost.pictures_disk};
 }
 
-/// Returns the numbers and names of the kinds of events: "0 note, 1 tool, …".
+/// The numbers and names of the kinds of events: "0 note, 1 tool, …".
 std::string event_labels();
 
 /// Names of the values in the group "loop", which stores a LoopReport as numbers.
@@ -50,10 +50,9 @@ struct LoopFields {
   LoopReport report() const;
 };
 
-// Locks a byte far behind the end of the file while the file is recorded. Returns a descriptor that the caller must
-// close, or -1. The lock ends with the process. So a reader can find out whether a session is still being recorded, or
-// whether its program was killed. HDF5's own lock cannot be used, because HDF5 releases it when it starts SWMR (single
-// writer, multiple readers).
+// Locks a byte far behind the end of the file while it is recorded. The lock ends with the process, so a reader can
+// tell a running recording from a killed one. Returns a descriptor that the caller must close, or -1. HDF5's own lock
+// is no help, because HDF5 releases it when it starts SWMR (single writer, multiple readers).
 int lock_while_recording(const std::filesystem::path& file);
 bool is_being_recorded(int fd);
 bool is_being_recorded(const std::filesystem::path& file);

@@ -1,4 +1,4 @@
-// Datasets that grow, or are overwritten, during recording.
+// HDF5 datasets that grow, or are overwritten, during a recording.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace typodont::session {
 
-/// Rows of fixed size, columns apart. Written by chunks, which HDF5 compresses; a flush may write part of a chunk,
-/// which is written again when complete.
+/// A table whose rows have a fixed size; each column is a dataset. HDF5 compresses and writes it in chunks. A flush may
+/// write an incomplete chunk, which is written again when it is complete.
 class Table {
  public:
   struct Spec {
@@ -27,12 +27,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// The buffered rows complete a chunk: write them.
+  /// True if the buffered rows complete a chunk, so that they should be written.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Rows since the last commit(), which a power cut would lose.
+  /// Number of rows since the last commit(). A power cut would lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }
@@ -48,7 +48,7 @@ class Table {
   hsize_t written_ = 0, committed_ = 0;
 };
 
-/// One-dimensional or scalar, overwritten in place.
+/// Creates a scalar or one-dimensional dataset, overwritten in place.
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
                     const void* initial, H5& dataset);
 bool overwrite(const H5& dataset, hid_t type, const void* value);

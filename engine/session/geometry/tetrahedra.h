@@ -1,5 +1,5 @@
-// Zero surface by marching tetrahedra, exact where the field is linear. Corners lie on edges between samples, so other
-// fields can be interpolated there.
+// Triangulates the zero surface of a distance field by marching tetrahedra; exact where the field is linear. Vertices
+// are on edges between samples, so other fields can be interpolated there.
 #pragma once
 
 #include <array>
@@ -9,27 +9,28 @@
 
 namespace typodont::session {
 
-/// Between samples i < j: at i for t = 0, at j for t = 1.
+/// A point on the edge between samples i < j: at i for t = 0, at j for t = 1.
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;
   glm::dvec3 p{0};  // voxels, position of the point
 
-  /// `values`: a float per sample.
+  /// Interpolates another field here. `values`: one float per sample.
   template <class Values>
   double of(const Values& values) const {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
   }
 };
-// counter-clockwise from outside
+// Vertices are counter-clockwise as seen from outside.
 using EdgeTriangle = std::array<EdgePoint, 3>;
 
-/// each(const EdgeTriangle&). Cubes are split along one diagonal (Kuhn 1960): no cracks.
+/// Calls each(const EdgeTriangle&) for all triangles. All cubes are split along the same diagonal (Kuhn 1960), so the
+/// surface has no cracks.
 template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;
   if (n.x < 2 || n.y < 2 || n.z < 2) return;
-  // a and b of the tetrahedra 0, a, b, 7.
+  // The six tetrahedra of a cube have the corners 0, a, b, 7; these are a and b.
   static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   std::array<std::size_t, 8> offset{};
   for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);

@@ -13,9 +13,9 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint64_t kPiece = 8192;  // ticks read at a time
-constexpr std::size_t kBins = 480;      // bins of plots over time
-// ns, over which speed is measured; encoder noise averages out
+constexpr std::uint64_t kPiece = 8192;  // number of ticks read at a time
+constexpr std::size_t kBins = 480;      // number of bins in plots over time
+// Averaging time for speed, ns, against encoder noise.
 constexpr Nanos kSpeedOver = 20'000'000;
 
 struct Accumulator {

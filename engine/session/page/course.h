@@ -1,4 +1,4 @@
-// The report's data from one reading of the ticks.
+// Data of the report from one reading of all ticks.
 #pragma once
 
 #include <array>
@@ -14,12 +14,12 @@
 namespace typodont::session {
 
 struct Course {
-  double t0 = 0, t1 = 1;  // s, first and last tick
+  double t0 = 0, t1 = 1;  // s, times of the first and last tick
   std::uint64_t count = 0;
-  // N, mm/s, krpm, mm, mm³
+  // Plotted series, in N, mm/s, krpm, mm and mm³.
   Series force, speed, spindle, depth, removed;
   double most_spindle = 0;  // krpm, highest spindle speed in the session
-  // ticks in contact, per bin and tissue
+  // For each bin and tissue: number of ticks in which the head touched it.
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
     std::uint64_t ticks = 0;
@@ -27,21 +27,21 @@ struct Course {
   };
   std::vector<FaultCount> faults;  // one entry for each fault in fault_names()
   std::vector<float> cpu_us;
-  PerTissue removed_total{};  // m³ per tissue
+  PerTissue removed_total{};  // m³, total removed volume of each tissue
   HandMeasures hand;
 };
 
-/// In pieces: memory does not grow with the session.
+/// Reads the ticks in pieces, so that memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
-/// The hand's measures from `course`, volumes from the result; without those, the initial ones minus what the ticks
-/// removed.
+/// Input of the score: the hand's measures come from `course`, the volumes from the session's result. Without a result:
+/// initial volumes minus what the ticks removed.
 ScoreInput input_of(const SessionReader& session, const Course& course);
-/// By the rules of the session's scene.
+/// Score by the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Empty if the recording has none.
+/// Name of the scene; empty if the recording has none.
 std::string scene_name_of(const SessionReader& session);
-/// Empty if the scene has no task.
+/// The task's title; empty if the scene has no task.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

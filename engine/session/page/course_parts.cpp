@@ -13,7 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::size_t kTableBins = 12;  // rows of tables beside plots
+constexpr std::size_t kTableBins = 12;  // number of rows in the table beside a plot
 constexpr std::size_t kMostEvents = 200;
 
 }  // namespace
@@ -21,7 +21,7 @@ constexpr std::size_t kMostEvents = 200;
 void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
                      const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
-  // Nothing was measured.
+  // Without measured values, there is nothing to show.
   if (values.empty() || (values.front() == 0 && values.back() == 0)) return;
   if (least_is_worst) std::reverse(values.begin(), values.end());
   const auto at = [&](double q) {
@@ -71,7 +71,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   put("<h3>{} ({})</h3>\n", say(key), unit);
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
-  // For readers who cannot see the plot.
+  // The values as a table, for readers without the plot.
   put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -196,7 +196,7 @@ void Page::loop_times(const LoopReport& loop) {
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // A quantile is a bin's upper edge, which can exceed the largest value.
+    // The quantile is the upper edge of a bin, so it may exceed the largest value; limit it.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
@@ -211,7 +211,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // At least a decade, or the axis might have no mark.
+  // Shows at least one decade: shorter axes may lack marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -235,7 +235,7 @@ void Page::real_time(const LoopReport& loop) {
   const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
   for (const auto& [name, yes] : granted(loop.fifo, loop.pinned, loop.memory_locked))
     entry(name.data(), say(yes ? "realtime.yes" : "realtime.no"));
-  if (loop.bearable_force > 0) {  // only for a device with motors
+  if (loop.bearable_force > 0) {  // true only for a device with motors
     entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
     std::vector<std::string> events;
     for (const auto& [event, name] : kSafetyEventNames) {
@@ -254,7 +254,7 @@ void Page::cpu_times() {
     return static_cast<double>(us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1) + 0.5)]);
   };
   const double period = 1e6 / session_.header().servo_rate;
-  // Twelve bins per decade.
+  // The histogram has twelve bins per decade.
   const double lo = std::floor(std::log10(std::max(1e-2, static_cast<double>(us.front()))));
   const double hi = std::max(lo + 1, std::ceil(std::log10(std::max(1e-2, static_cast<double>(us.back())) * 1.0001)));
   std::vector<double> edges, counts;
@@ -282,7 +282,7 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  // Without sound, or into a file: no latency.
+  // Without sound, or if the sound was written to a file, there is no latency.
   if (!heard || heard->column("latency_s").empty()) return;
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"

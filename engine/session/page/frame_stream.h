@@ -1,4 +1,4 @@
-// A recorded stream with a row per frame. The session must outlive it.
+// A recorded stream with one row per drawn frame. The session must outlive this object.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ class FrameStream {
   FrameStream(const StreamSpec& spec, const StreamData& data) : spec_(&spec), data_(&data) {}
 
   std::size_t count() const { return data_->t.size(); }
-  /// Times `scale`, sorted, without unknown ones.
+  /// Known values of a column, multiplied by `scale` and sorted.
   std::vector<double> column(std::string_view name, double scale = 1) const {
     std::vector<double> values;
     for (std::size_t c = 0; c < spec_->columns.size() && c < data_->columns.size(); ++c) {
@@ -42,7 +42,7 @@ class FrameStream {
   const StreamData* data_;
 };
 
-/// Empty without such a stream or frames.
+/// Empty if the session has no such stream or frames.
 inline std::optional<FrameStream> frames_of(const SessionReader& session, std::string_view stream) {
   const auto& specs = session.header().streams;
   for (std::size_t i = 0; i < specs.size() && i < session.streams().size(); ++i)

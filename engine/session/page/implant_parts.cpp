@@ -1,4 +1,4 @@
-// The report's implant part: phases, bed, forces.
+// The report's part about implant surgery: phases, bed, forces.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s, shortest note reported
+constexpr double kLeastNoted = 0.05;  // s; notes shown for less than this are not reported
 
 }  // namespace
 

@@ -11,7 +11,7 @@ namespace typodont::session {
 
 namespace {
 
-/// Task's title, or the scene's name.
+/// Title of the task, or else name of the scene.
 std::string heading_of(const SessionSummary& session, const Words& words, Language language) {
   if (!session.title.empty()) return session.title.in(language);
   return session.scene.empty() ? words.say("scene") : session.scene;
@@ -29,7 +29,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
   std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {
     return std::tie(a.date, a.file) < std::tie(b.date, b.file);
   });
-  // Only sessions of one scene compare.
+  // Only sessions of the same scene are compared.
   std::vector<std::string> scenes;
   for (const SessionSummary& s : all) {
     if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
@@ -56,7 +56,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
                        words.number_text()),
           title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
-    // With the pass mark as a line.
+    // The score over time, with a line at the pass mark.
     const Score& newest = mine.back()->score;
     curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
           [](const SessionSummary& s) -> std::optional<double> {

@@ -1,4 +1,4 @@
-// Of pictures and rotatable view; sRGB, 0..255.
+// Colours for pictures and the rotatable view; sRGB, 0–255.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace typodont::session {
 
-/// By Tissue. Distinct with any colour blindness (tests/unit/color_vision_test.cpp).
+/// Colour of each Tissue. Colour-blind readers can distinguish them (tests/unit/color_vision_test.cpp).
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},
@@ -22,11 +22,12 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {98, 92, 110},
                                                                                 {156, 200, 206}}};
 
-/// Blue: too much left; grey: none; red: too deep. Distinct for the colour-blind.
+/// Colours for the deviation from the ideal: blue: too much left; grey: none; red: too deep. Colour-blind readers can
+/// distinguish them.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// `fraction`: -1 too deep, 0 none, 1 too much left.
+/// Colour of a deviation. `fraction`: -1 too deep, 0 none, 1 too much left.
 inline glm::vec3 difference_color(float fraction) {
   const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];

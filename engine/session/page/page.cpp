@@ -199,7 +199,7 @@ void Page::details() {
     if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
   };
   entry("scene", escaped(scene_name_));
-  // Folders can name users and patients.
+  // Shows file names without folders, because folders can contain names of users and patients.
   const auto file_name = [](const std::string& path) {
     return escaped(std::filesystem::path(path).filename().string());
   };

@@ -1,5 +1,5 @@
-// One session's report, in the page's order. Result: result_parts.cpp; strokes: defect_parts.cpp; course:
-// course_parts.cpp; the rest: page.cpp.
+// The report of one session; functions in the order of the page. result_parts.cpp writes the result, defect_parts.cpp
+// the strokes that made defects, course_parts.cpp the course of the session, page.cpp the rest.
 #pragma once
 
 #include <fmt/format.h>
@@ -21,10 +21,10 @@
 
 namespace typodont::session {
 
-/// Doctype to body. Loads no other files.
+/// Beginning of the page, from the doctype to the body. The page loads no other files.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page; keeps what its parts need.
+/// Writes one page, and keeps its parts' data.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);
@@ -36,7 +36,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// `mark`: pass mark as a fraction; negative: none.
+  /// A bar. `mark`: pass mark as a fraction; negative: none.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
@@ -51,13 +51,14 @@ class Page : private Words {
   void summary();
   void task();
 
-  /// Of the pictures, and the rotatable model's first.
+  /// Views of the pictures, and the rotatable model's first view.
   struct Views {
     ModelView above, front, side, angled;
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// "From the buccal side" with a known orientation, otherwise "From the front". `name`: above, front, …
+  /// Title of a view: "From the buccal side" if the tooth's orientation is known, otherwise "From the front". `name`:
+  /// above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
   /// Where on the tooth, or its coordinates.
   std::string place_words(const dvec3& p_W) const;
@@ -69,7 +70,7 @@ class Page : private Words {
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// Positions: 16-bit fractions of the bounds; normals and deviations: 8 bits.
+  /// The model as data for the script: positions as 16-bit fractions of the bounds, normals and deviations as 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -78,10 +79,10 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// Implant surgery: phases, and their forces.
+  /// Writes the part about implant surgery: phases and their forces.
   void implant();
 
-  /// Tools and faults in the reader's language.
+  /// An event's text, tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   /// Of one tissue, °C at the end of each second.
@@ -89,12 +90,12 @@ class Page : private Words {
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();
-  /// Which tissue the head touched, below the force.
+  /// Draws a strip below the force plot that shows which tissue the head touched.
   void touched();
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Median, 99 %, 99.9 % and maximum, of a live session.
+  /// Table of the loop's times in a live session: median, 99 %, 99.9 %, maximum.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -107,7 +108,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Program and machine, on a page of its own.
+  /// Writes a page of its own about program and machine.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

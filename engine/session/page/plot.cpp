@@ -75,7 +75,7 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
                  escaped(plot.unit));
 
-  // Each interval without gaps is one shape: greatest values to the right, least ones back. Then the mean.
+  // Draws each interval without gaps as one shape: the maxima from left to right, the minima back. Then draws the mean.
   const std::size_t n = series.mean.size();
   for (std::size_t i = 0; i < n;) {
     if (std::isnan(series.mean[i])) {
@@ -133,7 +133,7 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const double lg0 = std::log10(edges.front()), lg1 = std::log10(edges.back());
   const double decades = std::max(1.0, std::ceil(std::log10(most)));
   const auto x_of = [&](double v) { return kLeft + kPlot * (std::log10(v) - lg0) / (lg1 - lg0); };
-  // Half a decade below one, so that one tick is visible.
+  // The count axis begins half a decade below one, so that a single tick is visible.
   const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
   std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kWidth, kBottom + 38, escaped(label));

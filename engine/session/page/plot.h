@@ -1,4 +1,4 @@
-// SVG without script; colours come from the style sheet.
+// Plots as SVG, without script. Colours: the style sheet.
 #pragma once
 
 #include <functional>
@@ -11,17 +11,17 @@
 
 namespace typodont::session {
 
-/// For example "3.14" or "3,14".
+/// Converts a number to text, for example "3.14" or "3,14".
 using NumberText = std::function<std::string(double value, int decimals)>;
 
-/// 1, 2 or 5 times a power of ten, for about `count` marks up to `top`.
+/// Step between the marks of an axis: 1, 2 or 5 times a power of ten, for about `count` marks up to `top`.
 double nice_step(double top, int count);
-/// For marks `step` apart.
+/// Number of decimals for marks with this step.
 int decimals_for(double step);
 
-/// In bins, with range and mean.
+/// Values over time, in bins: range and mean.
 struct Series {
-  std::vector<double> least, mean, greatest;  // per bin; NaN: no data
+  std::vector<double> least, mean, greatest;  // for each bin; NaN: no data
 };
 
 struct TimePlot {
@@ -29,7 +29,7 @@ struct TimePlot {
   std::string unit;
   std::string label;  // description of the plot for screen readers
   std::string time_label;
-  std::string css;  // "force", "depth", …
+  std::string css;  // CSS class of the curve: "force", "depth", …
   struct Mark {
     double t;
     std::string text;
@@ -39,14 +39,14 @@ struct TimePlot {
 };
 std::string time_plot(const TimePlot& plot, const Series& series, const NumberText& number);
 
-/// `css[i]`: class of interval i; empty: nothing.
+/// A strip of coloured intervals. `css[i]`: class of interval i; empty: not drawn.
 std::string strip(const std::vector<std::string>& css, const std::string& label);
 
-/// `edges`: one more than `counts`. Both axes logarithmic.
+/// A histogram, logarithmic axes. `edges`: one more than `counts`.
 std::string histogram(const std::vector<double>& edges, const std::vector<double>& counts, const std::string& unit,
                       const std::string& label, const NumberText& number);
 
-/// The target as a line. NaN: unknown.
+/// Plots one value per session, with the target as a line. NaN: unknown.
 std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
                          const NumberText& number);
 

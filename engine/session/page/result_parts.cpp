@@ -14,12 +14,12 @@ namespace typodont::session {
 
 namespace {
 
-/// "before", "during", "after".
+/// Order of the pictures: "before", "during", "after", others.
 int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
 
-/// Runs: label in the upper four bits, length in the lower twelve.
+/// Run-length encoding: tissue in the upper four bits, length in the lower twelve.
 std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
   constexpr std::size_t kLongest = 4095;
   static_assert(kTissueCount <= 16);
@@ -165,7 +165,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // From the model's integers to label indices.
+    // Offset and scale convert integer positions to label indices.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -181,7 +181,7 @@ std::string Page::model_data(const Views& at) const {
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-  // About the middle of the grid.
+  // The view rotates about the middle of the grid.
   glm::vec3 focus(0);
   if (options_.preparation) {
     const Preparation& p = *options_.preparation;
@@ -198,7 +198,7 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // Through the largest deviation, or the middle of the grid.
+  // Sections go through the point of largest deviation, or through the middle of the grid.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {
@@ -207,7 +207,7 @@ void Page::sections(const Views& at) {
     if (worst.depth > 0) through = worst.p_W;
   }
   const auto section = [&](const dvec3& along_W) {
-    const auto side = [&](const dvec3& direction) {  // that faces a viewer who looks there
+    const auto side = [&](const dvec3& direction) {  // name of the tooth's side that faces `direction`
       const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
       return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
     };
@@ -268,7 +268,7 @@ void Page::items() {
                               : item.basis == Basis::kTicks                                    ? "guarantee.ticks"
                                                                                                : "guarantee.replay"));
   };
-  // By weight.
+  // Sorts the items by weight.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
@@ -282,7 +282,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // Key of the source of a default rule: its English text.
+      // The source of a default rule is a key of the text catalogue: its English text.
       put("</td><td class=\"text source\">{}<br>", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\">", say("not_counted"));
@@ -362,7 +362,7 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
-  // An open surface has no volume: a dash.
+  // An open surface encloses no volume: the page shows a dash.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

@@ -12,14 +12,14 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m, around the changed region
+constexpr double kAround = 1.2e-3;  // m, margin around the changed region
 
 struct Window {
-  // m in the section's plane, from `through`.
+  // The drawn part of the section's plane, m from `through`.
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 
-/// value(x, y) = 0 by marching squares, in drawing units.
+/// Curves value(x, y) = 0 by marching squares, as an SVG path in drawing units.
 std::string contour(const Window& w, double step, double scale, const std::function<double(double, double)>& value) {
   std::string path;
   const int nx = static_cast<int>((w.x1 - w.x0) / step), ny = static_cast<int>((w.y1 - w.y0) / step);
@@ -33,7 +33,7 @@ std::string contour(const Window& w, double step, double scale, const std::funct
     fill(next, j + 1);
     for (int i = 0; i < nx; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      // at the cell's corners
+      // Values at the corners of the cell.
       const double v[4] = {row[k], row[k + 1], next[k + 1], next[k]};
       const glm::dvec2 corner[4] = {{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}};
       glm::dvec2 cross[4];
@@ -63,7 +63,7 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   const auto inside_box = [&](const dvec3& p) {
     return !glm::any(glm::lessThan(p, dvec3(0))) && !glm::any(glm::greaterThan(p, dvec3(in.before.size - 1)));
   };
-  // All differences between before, after and ideal.
+  // The window contains all differences between before, after and ideal.
   const double step = 0.5 * in.frame.voxel, reach = glm::length(dvec3(in.before.size)) * in.frame.voxel;
   Window w{1e9, -1e9, 1e9, -1e9};
   for (double x = -reach; x <= reach; x += 2 * step) {

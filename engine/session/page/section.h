@@ -1,4 +1,4 @@
-// Old surface, ideal and result in a section, as SVG.
+// Draws a section of old surface, ideal and result (SVG).
 #pragma once
 
 #include <string>
@@ -7,12 +7,13 @@
 
 namespace typodont::session {
 
-/// For example "distal" and "mesial"; may be empty.
+/// Labels at the section's left and right edge, for example "distal" and "mesial". May be empty.
 struct SectionSides {
   std::string left, right;
 };
 
-/// Through `through_W`, with the axis upwards and `along_W`, perpendicular to it, to the right.
+/// Draws the section through `through_W`. The task's axis points upwards, and `along_W`, perpendicular to it, to the
+/// right.
 std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
                         const std::string& label, const SectionSides& sides);
 

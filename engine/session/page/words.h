@@ -1,4 +1,4 @@
-// In the reader's language.
+// Texts in the reader's language.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace typodont::session {
 struct Words {
   Language language = Language::kEnglish;
 
-  /// With placeholders filled; no markup.
+  /// A catalogue text with its placeholders filled in, no markup.
   template <class... Args>
   std::string say(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
@@ -38,7 +38,8 @@ struct Words {
     }
     return value;
   }
-  /// Rounded down, or a missed pass mark could look reached. Missed: red, with a cross for the colour-blind.
+  /// The total points, rounded down, because rounding up could show a missed pass mark as reached. A missed pass is
+  /// red, with a cross for colour-blind readers.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
     return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
@@ -52,7 +53,7 @@ struct Words {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);
   }
-  /// ISO to "2025-01-02 03:04 UTC".
+  /// Converts an ISO date to "2025-01-02 03:04 UTC".
   std::string date(const std::string& iso) const {
     if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
     return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");

@@ -16,7 +16,7 @@ from .pictures import draw, view_of, with_files
 from .ticks import TICK, TISSUES, Ticks
 
 _VERTEX = dtype("vertex")
-_CHUNK = 1 << 16  # ticks
+_CHUNK = 1 << 16  # ticks that are computed per call
 
 
 class Path:
@@ -128,7 +128,7 @@ class Mesh(NamedTuple):
     """Triangles of one brick."""
 
     brick: tuple[int, int, int]
-    vertices: NDArray[Any]  # position (m), normal, tissue (2), second
+    vertices: NDArray[Any]  # structured: position (m), normal, tissue (two ids), second (0..255: fraction of tissue[1])
     triangles: NDArray[Any]  # n × 3 indices of `vertices`; empty: no surface in this brick now
 
 

@@ -24,7 +24,7 @@ from .pictures import call, with_files
 from .scene import Hand, Path, Scene
 
 Row = dict[str, Any]
-_TRIES = 4  # tries of a run whose worker died; after them the run itself counts as the cause
+_TRIES = 4  # maximum number of tries of a run whose worker dies; after them, the run counts as the cause
 
 
 class Job(NamedTuple):

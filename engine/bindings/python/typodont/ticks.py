@@ -74,7 +74,7 @@ class Ticks:
         if name == "t_s":
             return self.array["t_ns"] / 1e9
         if name == "removed_mm3":
-            removed = self.array["removed"]  # added in the program's order, so that the bits are equal
+            removed = self.array["removed"]  # summed in the program's order: equal bits
             return np.asarray(sum(removed[:, i] for i in range(len(TISSUES)))) * 1e9
         if name == "spindle_krpm":
             return self.array["spindle"] / _KRPM
