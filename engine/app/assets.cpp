@@ -137,7 +137,7 @@ void require_allowed(const fs::path& path, const ScenePlace& place) {
 
 namespace {
 
-/// Nothing: no such file.
+/// The file that `path` names; empty: no such file.
 std::optional<fs::path> searched(const fs::path& path, const ScenePlace& place) {
   if (place.checked) {
     const auto copy = place.checked->find(path.string());

@@ -20,15 +20,15 @@
 
 namespace typodont {
 
-/// What the sound depends on besides the ticks.
+/// Data on which the sound depends, besides the ticks.
 struct SoundVoice {
-  std::string model;            // of assets/sounds/
-  double free_speed = 0;        // rad/s
-  std::vector<bool> tools_cut;  // by ServoTick::tool
+  std::string model;            // name of the synthesizer's model in assets/sounds/
+  double free_speed = 0;        // rad/s, speed of the free-running spindle
+  std::vector<bool> tools_cut;  // for each tool (index ServoTick::tool): true if it cuts
   bool lower_order = false;
 };
 
-/// The model has the name of the scene's motor; for an ideal motor, the speed selects it.
+/// The voice of a scene. Its model has the name of the scene's motor; for an ideal motor, the speed selects it.
 SoundVoice voice_of(const Scene& scene);
 
 class SoundLink {

@@ -1,4 +1,4 @@
-// Memory that the system refuses.
+// Detects that the system has no more memory.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,14 @@
 
 namespace typodont {
 
-/// std::bad_alloc in words.
+/// std::bad_alloc with a message for users.
 struct OutOfMemory final : std::bad_alloc {
   const char* what() const noexcept override { return "The operating system granted this program no more memory."; }
 };
 
-/// Whether the system would map `bytes` more. Any thread.
+/// True if the system would grant this much more memory. Any thread.
 bool memory_left(std::size_t bytes) noexcept;
-/// Throws OutOfMemory if it would not: before calls into libraries that crash without memory.
+/// Throws OutOfMemory if it would not. Call before functions of libraries that crash without memory.
 void require_memory(std::size_t bytes);
 
 }  // namespace typodont

@@ -60,7 +60,8 @@ HeatGrid::HeatGrid(const VoxelFrame& frame, const glm::ivec3& size, std::vector<
       }
     }
   }
-  // Between two tissues at most twice the worse conductor's; half of the limit h² / 6α leaves room for it.
+  // The conductance between two tissues is at most twice that of the worse conductor, so the step is half of the
+  // stability limit h² / (6 α).
   stable_ = frame.voxel * frame.voxel * least / 12;
 }
 

@@ -1,4 +1,4 @@
-// Conduction of heat in tissue: finite volumes on a grid of cells, with film coefficients at free faces.
+// Heat conduction in tissue: finite volumes on a grid of cells. Faces beside air have heat transfer coefficients.
 #pragma once
 
 #include <array>
@@ -18,40 +18,41 @@ struct ThermalMaterial {
 };
 using ThermalTable = std::array<ThermalMaterial, kTissueCount>;
 
-/// The file assets/materials/heat.json, which cites a source for each.
+/// Constants in assets/materials/heat.json, which cites a source for each.
 struct HeatConstants {
   ThermalTable tissue{};
-  double fraction = 0;                // of the power of cutting, that stays in the tissue
-  double dry_film = 0, wet_film = 0;  // W/(m² K), of free faces
-  double wet_flow = 0;                // m³/s, at which wet_film holds; it grows with the square root
-  double wet_reach = 0;               // m around the tool's head
+  double fraction = 0;  // fraction of the cutting power that heats the tissue
+  double dry_film = 0,
+         wet_film = 0;   // W/(m² K), heat transfer coefficients of a cell's face beside air: dry, in the spray
+  double wet_flow = 0;   // m³/s, flow to which wet_film refers; it grows with the square root of the flow
+  double wet_reach = 0;  // m, radius around the tool's head that the spray wets
 };
-/// Throws Error.
+/// Reads the file's contents. Throws Error.
 HeatConstants read_heat_constants(const Json& json);
 
-/// Key "heat" of a scene.
+/// The key "heat" of a scene.
 struct HeatSettings {
-  double coolant = 23;  // °C
+  double coolant = 23;  // °C, temperature of the spray
 };
-/// Throws Error.
+/// Reads the key's value. Throws Error.
 HeatSettings read_heat(const Json& json);
 
-/// What a free face loses heat to.
+/// Medium to which a cell's face beside air loses heat.
 struct HeatBath {
-  double film = 0;          // W/(m² K)
-  double temperature = 37;  // °C
+  double film = 0;          // W/(m² K), heat transfer coefficient
+  double temperature = 37;  // °C, temperature of the medium
 };
 
-/// One thread at a time. After construction, nothing allocates.
+/// The cells and their temperatures. One thread at a time. Only the constructor allocates.
 class HeatGrid {
  public:
-  /// `tissue`: of each cell, kAir: empty; z fastest. `frame.voxel`: a cell's edge.
+  /// `tissue`: tissue of each cell, z changes fastest; kAir: empty cell. `frame.voxel`: edge of a cell, m.
   HeatGrid(const VoxelFrame& frame, const glm::ivec3& size, std::vector<Tissue> tissue, const ThermalTable& materials,
            double temperature);
 
-  /// Free faces within `reach` (m) of `wet_W` meet `wet`, the others `dry`.
+  /// Advances by `dt` (s). Faces beside air meet the medium `wet` within `reach` (m) of `wet_W`, otherwise `dry`.
   void step(double dt, const HeatBath& dry, const HeatBath& wet, const dvec3& wet_W, double reach) noexcept;
-  /// Divided among the eight cells around p_W as in trilinear interpolation, as far as they are solid.
+  /// Adds `energy` (J) to the eight cells around p_W with trilinear weights. The part of empty cells is lost.
   void heat(const dvec3& p_W, double energy) noexcept;
   void heat(std::size_t cell, double energy) noexcept;
   void remove(std::size_t cell) noexcept;
@@ -64,7 +65,7 @@ class HeatGrid {
            static_cast<std::size_t>(z);
   }
   Tissue tissue(std::size_t cell) const { return tissue_[cell]; }
-  double temperature(std::size_t cell) const { return temperature_[cell]; }  // °C
+  double temperature(std::size_t cell) const { return temperature_[cell]; }  // the cell's temperature, °C
 
  private:
   void connect(std::size_t cell, std::size_t next, int axis) noexcept;
@@ -74,10 +75,10 @@ class HeatGrid {
   std::vector<Tissue> tissue_;
   ThermalTable materials_;
   std::vector<double> temperature_, next_;
-  // W/K, to the next cell along x, y, z; 0 at a free face
+  // W/K, conductance to the next cell along x, y, z; 0: no tissue there
   std::array<std::vector<double>, 3> conductance_;
   std::vector<std::size_t> solid_;
-  double stable_ = 0;  // s, longest stable step
+  double stable_ = 0;  // s, longest stable time step
 };
 
 }  // namespace typodont::session

@@ -81,13 +81,13 @@ struct DamageMeasures {
   std::vector<Touch> touches;
 };
 
-/// Temperatures of the pulp's and the bone's hottest and coldest places, °C.
+/// Extreme temperatures of pulp and bone, °C.
 struct HeatMeasures {
-  bool pulp = false, bone = false;  // the tissue has such
+  bool pulp = false, bone = false;  // true: the tissue contains pulp; bone
   double pulp_max = 37, pulp_min = 37;
-  double bone_max = 37;   // 0.5 mm from the wall
-  double bone_above = 0;  // s, longest time above 47 °C
-  // at the end of each second
+  double bone_max = 37;   // °C, 0.5 mm from the wall
+  double bone_above = 0;  // s, longest uninterrupted time above 47 °C
+  // Temperatures at the end of each second, °C.
   std::vector<float> pulp_curve, bone_curve;
 };
 

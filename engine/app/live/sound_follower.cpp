@@ -19,9 +19,12 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTurn = 10'000'000, kSilence = 5 * kNanosPerSecond;  // ns; longer silence: the connection is lost
-constexpr Nanos kToCompare = 100'000'000;  // ns of the session, from which the fastest arrival is taken
-constexpr double kLongest = 1e6;           // s of a session
+constexpr Nanos kTurn = 10'000'000,
+                kSilence =
+                    5 * kNanosPerSecond;  // ns: wait per message; silence after which the connection counts as lost
+constexpr Nanos kToCompare =
+    100'000'000;                  // ns, first part of the session, in which only the fastest arrival is measured
+constexpr double kLongest = 1e6;  // s, longest session
 
 haptics::MessageStream connect(const std::string& address) {
   std::string_view rest = address;
@@ -45,7 +48,7 @@ SoundVoice read_voice(const Json& json) {
   return voice;
 }
 
-/// What the sound depends on.
+/// Reads those members of a tick on which the sound depends.
 ServoTick read_tick(const Json& json, const std::vector<std::string>& tools) {
   constexpr double kFar = 1e6;
   const auto vec = [](const Json& numbers) {
@@ -80,7 +83,7 @@ class Follower {
  public:
   explicit Follower(const FollowOptions& options) : options_(options), live_(!options.audio.starts_with("wav:")) {}
 
-  /// False: the session has ended.
+  /// Processes a message. False: the session has ended.
   bool take(const Json& message) {
     const std::string type = message["type"].string();
     if (type == "hello") {
@@ -96,7 +99,7 @@ class Follower {
     return type != "event" || message["kind"].string() != "end";
   }
 
-  /// Ten times a second or more.
+  /// Computes the sound up to now. Call at least ten times per second.
   void advance() {
     if (!link_ || (live_ && last_ - first_ < kToCompare)) return;
     link_->advance(live_ ? session_now() : last_ - first_);
@@ -128,15 +131,16 @@ class Follower {
   Nanos session_now() const { return now() - fastest_ - from_seconds(options_.wait); }
 
   const FollowOptions& options_;
-  const bool live_;  // a sound device, no file
+  const bool live_;  // true: a sound device; false: a file
   std::optional<SoundVoice> voice_;
   std::vector<std::string> tools_;
   Tapes tapes_;
   std::optional<SoundLink> link_;
   FollowedSound result_;
-  Nanos first_ = 0, last_ = 0;                         // ns, session times
-  Nanos fastest_ = std::numeric_limits<Nanos>::max();  // ns, this clock minus session time, of the fastest arrival
-  Nanos unix_zero_ = 0;                                // ns, session's start on the other computer's clock
+  Nanos first_ = 0, last_ = 0;  // ns, session times of the first and the last state
+  Nanos fastest_ =
+      std::numeric_limits<Nanos>::max();  // ns, smallest difference between arrival (this clock) and session time
+  Nanos unix_zero_ = 0;                   // ns since 1970, session's start by the other computer's clock
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The sound of a session on another computer, from its stream (docs/doors/stream.md).
+// Plays the sound of a session that runs on another computer, from its stream (docs/doors/stream.md).
 #pragma once
 
 #include <cstdint>
@@ -7,21 +7,21 @@
 namespace typodont {
 
 struct FollowOptions {
-  std::string address;  // "ws:[HOST:]PORT" of the session
-  std::string audio;    // as of SoundLink
-  double wait = 0.02;   // s that a sound device waits for late states
-  double seconds = 0;   // 0: to the session's end
+  std::string address;  // address of the session's stream, "ws:[HOST:]PORT"
+  std::string audio;    // address of the sound output, as for SoundLink
+  double wait = 0.02;   // s, time that a sound device waits for late states
+  double seconds = 0;   // s, time after which playback ends; 0: at the session's end
 };
 
 struct FollowedSound {
   std::string scene;
-  std::uint64_t states = 0, lost = 0;  // received; ticks that the stream lost
-  double seconds = 0;                  // of the session
-  double delay = 0;                    // s, from a state's arrival to its sound; NaN for files
-  double network = 0;                  // s, from a tick to the fastest arrival, if both computers' clocks agree
+  std::uint64_t states = 0, lost = 0;  // number of received states; number of ticks that the stream lost
+  double seconds = 0;                  // s, duration of the received session
+  double delay = 0;                    // s, time from a state's arrival to its sound; NaN for files
+  double network = 0;                  // s, shortest time from a tick to its arrival, if both computers' clocks agree
 };
 
-/// Until the session, its connection or the time ends. Throws Error, RunFailure.
+/// Plays the sound until the session or the time ends. Throws Error, or RunFailure if the connection is lost.
 FollowedSound follow_sound(const FollowOptions& options);
 
 }  // namespace typodont

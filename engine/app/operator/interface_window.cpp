@@ -113,9 +113,10 @@ gpu::Device make_device(bool validation) {
 
 }  // namespace
 
-/// The screen's, or as much of it as leaves room for every panel. In eighths, because each one builds fonts.
+/// Scale of the interface: that of the screen, but smaller if the panels would not fit. In steps of 1/8, because each
+/// new scale builds fonts.
 static double scale_of(const display::Output& output) {
-  constexpr display::dvec2 kRoom(1100, 700);  // pixels at scale 1
+  constexpr display::dvec2 kRoom(1100, 700);  // pixels, size that the panels need at scale 1
   const display::dvec2 fits = display::dvec2(output.size()) / kRoom;
   const double most = std::floor(8 * std::min(fits.x, fits.y)) / 8;
   return std::min(output.scale(), std::max(most, 1.0));

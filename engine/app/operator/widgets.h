@@ -72,7 +72,8 @@ void page_shortcuts(OperatorState& s);
 
 /// True if the key was pressed in this frame. A focused text field keeps keys for typing and editing.
 bool key(int code, bool control = false);
-/// How often one of these characters was typed, on any layout; 0 while a field accepts text.
+/// Number of times that these characters were typed in this frame, on any keyboard layout; 0 while a field accepts
+/// text.
 int typed(std::string_view characters);
 
 /// Field for a file name; Ctrl+O opens the list of files. `endings`: file extensions in lower case.

@@ -13,12 +13,12 @@ namespace {
 
 using namespace literals;
 
-constexpr double kStep = 0.02;        // s
-constexpr double kCell = 0.4_mm;      // edge of a cell, about
-constexpr double kFromWall = 0.5_mm;  // at which bone is measured
-constexpr double kLongestTick = 0.1;  // s
+constexpr double kStep = 0.02;        // s, time step of the heat conduction
+constexpr double kCell = 0.4_mm;      // approximate edge of a cell
+constexpr double kFromWall = 0.5_mm;  // distance from the cut at which bone is measured
+constexpr double kLongestTick = 0.1;  // s, limit of the time between two ticks
 
-/// Every n-th sample of the tissue is a cell.
+/// Makes the grid of cells from every n-th sample of the tissue.
 session::HeatGrid grid_of(const haptics::TissueVolume& start, const session::ThermalTable& materials) {
   const VoxelFrame& frame = start.frame();
   const int n = std::max(1, static_cast<int>(std::lround(kCell / frame.voxel)));
@@ -90,7 +90,7 @@ void HeatMeter::step(const ServoTick& tick, double dt, bool wet) {
             grid_.remove(i);
             continue;
           }
-          // In front of the edges, where they press.
+          // Only cells in front of the head, where it presses, are warmed.
           if (away < h && glm::dot(p_W - tick.X_WG.p, tick.n_C_W) <= 0) warmed_.push_back(i);
           const Tissue tissue = grid_.tissue(i);
           if (tissue != Tissue::kCorticalBone && tissue != Tissue::kCancellousBone) continue;

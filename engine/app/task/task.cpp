@@ -368,7 +368,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session) {
 
 namespace {
 
-/// The spray's switch over a recording. Ask in the order of time.
+/// State of a recording's spray over time. Call sprays() with increasing times.
 class Water {
  public:
   Water(const session::SessionReader& session, bool on) : on_(on) {

@@ -85,7 +85,7 @@ class Page : private Words {
   /// An event's text, tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
-  /// Of one tissue, °C at the end of each second.
+  /// Plots the temperature of a tissue. `curve`: °C at the end of each second.
   void temperature(const char* key, const std::vector<float>& curve);
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
