@@ -153,8 +153,8 @@ Check vulkan() {
   return c;
 }
 
-/// Draws a molar in its mouth under a moving tool, at better and better levels while they hold `rate` (Hz). Returns the
-/// best one that holds, in words; empty: none.
+/// Draws a molar in its mouth under a moving tool, at better and better quality levels while they reach `rate` (Hz).
+/// Returns the best such level as text; empty: none.
 std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, display::DisplayRig rig, double rate,
                        Nanos until) {
   using namespace literals;
@@ -168,7 +168,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   options.quality = *first;
   PictureStage stage(rig, scene.servo, options);
   Surroundings around = world.surroundings();
-  around.lit.reset();  // its light takes longer than all frames
+  around.lit.reset();  // computing its light would take longer than all frames
   stage.surround(around);
   TissueView view(surface_tolerance(rig, tissue.frame().voxel, *first));
   stage.show(view.update(tissue), tissue.frame().origin);
@@ -177,7 +177,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19.0_mm), tick.spindle = 36000;
   for (auto level = first;; --level) {
     stage.set_quality(*level);
-    constexpr int kFrames = 6, kWarm = 2;  // the first ones create pipelines
+    constexpr int kFrames = 6, kWarm = 2;  // the first frames create pipelines
     double seconds = 0;
     for (int i = 0; i < kFrames && (i <= kWarm || now() < until); ++i) {
       tick.X_WG.p.x += 0.2_mm;
@@ -193,7 +193,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   return best;
 }
 
-/// `card`: a graphics card draws.
+/// Checks the drawing speed. `card`: true if a graphics card draws.
 Check drawing(bool card) {
   Check c("drawing", "Picture while drilling");
   const QuietStandardError quiet;

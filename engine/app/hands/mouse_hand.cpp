@@ -164,7 +164,7 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, co
   dvec3 p = on_screen + depth / distance * (seen.eye - on_screen) + slid_W_;
   if (touching_W) {
     const dvec3 lead = p - *touching_W, past = lead * (1 - kMaxLead / std::max(glm::length(lead), kMaxLead));
-    // The wheel winds nothing up; the pointer is where the user sees it.
+    // Discards the wheel's motion beyond the lead; the pointer's motion remains, because the user sees the pointer.
     const dvec3 axis = R_WT * dvec3(0, 0, 1);
     slid_W_ -= glm::dot(past, axis) * axis;
     p -= past;

@@ -166,8 +166,8 @@ float TissueView::nearness_of_caries(const haptics::TissueVolume& volume, const 
   const glm::ivec3 all(static_cast<int>(reach) + 1), middle(start);
   if (!labels_.may_contain(middle - all, middle + all, Tissue::kCaries)) return 0;
   static const auto directions = render::sphere_directions<40>();
-  constexpr float kBelow = 1.5f, kStep = 1;  // voxels
-  // From below the surface, so that level ways stay in the tissue.
+  constexpr float kBelow = 1.5f, kStep = 1;  // voxels: depth below the surface; distance between test points
+  // Starts below the surface, so that paths parallel to it stay in the tissue.
   const glm::vec3 from = start + kBelow * inward;
   float nearest = reach;
   for (const glm::vec3& d : directions)
@@ -289,7 +289,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     put(volume, outdated_.back());
     outdated_.pop_back();
   }
-  // The stain of a brick follows the caries of its neighbours, one brick per update.
+  // The stain of a brick depends on the caries of its neighbours; one such brick is meshed again per update.
   for (const glm::ivec3& key : changed)
     for (const glm::ivec3& stained : stained_)
       if (glm::all(glm::lessThanEqual(glm::abs(stained - key), glm::ivec3(1))) &&

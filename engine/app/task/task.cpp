@@ -250,7 +250,7 @@ haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueV
   DenseCopy copy = dense_copy(start);
   if (scene.implant) {
     const session::ImplantPlan& plan = scene.implant->plan;
-    // Longer than the implant, so that its upper end is open.
+    // The bed is longer than the implant, so that its upper end is open.
     const session::ImplantCylinder bed{plan.apex_W(), plan.axis_W, 2 * plan.length, plan.bed_diameter / 2};
     const glm::ivec3 n = copy.field.size;
     for (int x = 0; x < n.x; ++x)

@@ -17,7 +17,7 @@ namespace typodont {
 
 /// The ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
-/// The ideal; else the planned implant's bed; else `start`.
+/// The ideal tissue; without an ideal, the tissue with the planned implant's bed; without a plan, `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
 /// Compares results with the ideal. Copies its arguments. One thread at a time.
