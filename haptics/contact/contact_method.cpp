@@ -1,4 +1,4 @@
-// Of this library and of programs.
+// The contact methods of this library and of programs that register their own.
 #include "haptics/contact_method.h"
 
 #include <fmt/format.h>
@@ -25,11 +25,11 @@ namespace {
 struct Entry {
   std::string name;
   ContactMethodReader read;
-  std::uint64_t models = 0, bodies = 0;  // created so far
+  std::uint64_t models = 0, bodies = 0;  // numbers of models and bodies created so far
 };
 std::mutex g_counts;  // protects the counters of models and bodies
 
-/// Filled before main(), then only read.
+/// Filled before main() starts; then only read.
 std::vector<Entry>& table() {
   static std::vector<Entry> entries{
       {std::string(offset::kName), offset::read},     {std::string(implant::kName), implant::read},
@@ -54,7 +54,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  // without registration: not in the table, not counted
+  // a method without registration is not counted
   if (!entry) return;
   entry->models += models, entry->bodies += bodies;
 }

@@ -1,4 +1,4 @@
-// For method_counts(), at set-up.
+// Counts models and bodies of each contact method, for method_counts().
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace typodont::haptics {
 
-/// Any thread.
+/// Adds to the counts of the method `name`. Any thread.
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies);
 
 }  // namespace typodont::haptics

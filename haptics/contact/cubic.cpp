@@ -7,7 +7,7 @@
 #include <immintrin.h>
 #endif
 
-// All is inlined, so no vector is an argument.
+// All functions with vector arguments are inlined, so the warning about their calling convention does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -16,16 +16,16 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // with weight zero, at a row's start
+constexpr int kLead = 2;  // leading samples of a row that have weight zero
 
-/// Weight and derivative of each sample in a row: polynomials in the fraction.
+/// Weight and derivative of each sample of a row, as polynomials in the fraction 0..1.
 struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
 
-/// Between i and i+1, samples i-2 to i+3: cubic B-spline convolved with (-1, 8, -1)/6.
+/// Weights of the samples i-2 to i+3 for a point between i and i+1: cubic B-spline convolved with (-1, 8, -1)/6.
 constexpr Polynomials weights() {
-  // × 6; a row per sample, a column per power 0 to 3 of the fraction.
+  // Cubic B-spline × 6. Row: sample; column: power 0 to 3 of the fraction.
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {
@@ -38,10 +38,11 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// Rounds doubles below 2 to 2^-29: with 29 digits, products with floats are exact, with and without FMA.
+// Adding it rounds doubles below 2 to multiples of 2^-29. Products with floats are then exact, with and without FMA.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// Sums from the end, rounded to 2^-29; weights are differences, so they add up to exactly 1, derivatives to 0.
+/// Sums of the weights from sample j to the end. Weights are differences of rounded sums, so they add up to exactly 1
+/// (derivatives to 0).
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;
@@ -94,7 +95,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Four rows of four partial sums at once.
+/// Adds four rows of four partial sums at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_INLINE void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -143,7 +144,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// Masked: GCC 12 wrongly warns about the one without.
+// Uses the masked instruction, because GCC 12 warns wrongly about the unmasked one.
 TYPODONT_INLINE Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

@@ -1,6 +1,6 @@
-// Included by cubic.cpp once per `Lanes`.
+// Included by cubic.cpp once for each vector type `Lanes`.
 
-/// `c` at t (t2: squared) for kLanes samples from `at`: weights, or derivatives.
+/// Evaluates the polynomials with the coefficients `c` at t (t2 = t²), for the kLanes samples from index `at`.
 template <std::size_t powers>
 TYPODONT_INLINE Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -12,17 +12,18 @@ TYPODONT_INLINE Lanes at_fraction(const double (&c)[powers][8], int at, double t
   return *reinterpret_cast<const Lanes*>(c[0] + at) + p;
 }
 
-/// Interpolation weights of the samples of a row.
+/// Computes the weights (or derivatives of the weights) of the 8 samples of a row at the fraction t.
 template <std::size_t powers>
 TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weights) {
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// Multiples of 2^-29, adding up to exactly 1; derivatives to 0.
+/// As weigh(), but the results are multiples of 2^-29. The weights add up to exactly 1, the derivatives to exactly 0.
 template <std::size_t powers>
 TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // `after`: weights of all later samples, from 0. Sums contain kGrid, which rounds them and cancels.
+  // `after`: sum of the weights of all later samples. All sums contain kGrid, which rounds them; the difference cancels
+  // it.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
@@ -40,9 +41,9 @@ TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // In memory: one load fills all lanes.
+  // Weights in memory, so that one broadcast load fills all lanes.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  // Sample k to sum k mod 4: one order of additions for all widths.
+  // Sample k adds to partial sum k mod 4, so that all vector widths add in the same order.
   alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

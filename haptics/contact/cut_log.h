@@ -1,4 +1,4 @@
-// The servo's last cuts, for snapshots that lack them.
+// The servo's latest cuts, which it repeats in snapshots that were taken before them.
 #pragma once
 
 #include <algorithm>
@@ -11,25 +11,26 @@
 
 namespace typodont::haptics {
 
-/// A ring; cuts are 1, 2, 3 … Allocates at construction. Servo thread.
+/// The newest kLength cuts in a ring buffer. Cuts are numbered 1, 2, 3 … Allocates only at construction. Servo thread
+/// only.
 template <class Made>
 class RecentCuts {
  public:
-  // that a late snapshot may lack
+  // Largest number of cuts that a late snapshot may lack.
   static constexpr std::uint64_t kLength = 8192;
 
   RecentCuts() : made_(kLength) {}
 
-  /// `index`: last plus one.
+  /// Adds the cut `index`, which must be last() + 1.
   void add(std::uint64_t index, const Made& made) noexcept {
     made_[index % kLength] = made;
     last_ = index;
   }
   const Made& operator[](std::uint64_t index) const noexcept { return made_[index % kLength]; }
   Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
-  /// 0: none.
+  /// Number of the newest cut; 0: there is none.
   std::uint64_t last() const noexcept { return last_; }
-  /// Oldest after `index`; last() + 1: none.
+  /// Oldest stored cut after cut `index`; last() + 1: none.
   std::uint64_t first_after(std::uint64_t index) const noexcept {
     return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
   }
@@ -39,17 +40,18 @@ class RecentCuts {
   std::uint64_t last_ = 0;
 };
 
-/// Lacking in a snapshot.
+/// A servo's cut, to repeat in snapshots that lack it.
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
   PerTissue removed{};  // m³, removed volume of each tissue
 };
 
-/// Removed volume that never falls, although a cut of a mesh may add a little: later cuts make up for it.
+/// Counts removed volume so that the count never decreases. A cut of a mesh may add a little volume; later cuts then
+/// count less.
 class RisingCount {
  public:
-  /// m³ to count now, of what a cut removed.
+  /// Volume in m³ to count now for a cut.
   PerTissue counted(const PerTissue& removed) noexcept {
     PerTissue now{};
     for (std::size_t t = 0; t < now.size(); ++t) {
@@ -61,23 +63,23 @@ class RisingCount {
   }
 
  private:
-  PerTissue ahead_{};  // m³ counted too much
+  PerTissue ahead_{};  // m³, volume that was counted too much so far
 };
 
-/// For SurfacePatch models, with the box of each cut.
+/// The cuts of a model that uses a SurfacePatch, with the box of samples that each cut may have changed.
 class CutLog {
  public:
-  /// To repeat it in another patch.
+  /// Data to repeat a cut or filling in another patch.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // Filling: ball's radius, m, at X_WA, without the head at X_WB; cut: 0.
+    // m, radius of the ball of filling at X_WA, without the head at X_WB; 0: a cut
     double fill_radius = 0;
-    PerTissue removed{};  // voxels³ per tissue; negative: filling
+    PerTissue removed{};  // voxels³, removed volume of each tissue; negative: filling
   };
 
-  /// Box `lo`, `hi` of possible changes.
+  /// Adds a cut that may have changed samples in the box from `lo` to `hi` (inclusive).
   void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
     boxes_.add(index, {lo, hi, cut.fill_radius > 0});
     made_.add(index, cut);
@@ -86,12 +88,13 @@ class CutLog {
   Made& made(std::uint64_t index) noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Only within lo..hi (inclusive).
+  /// Returns true if the cut's box lies within lo..hi (inclusive).
   bool is_inside(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
     const Box& box = boxes_[index];
     return glm::all(glm::greaterThanEqual(box.lo, lo)) && glm::all(glm::lessThanEqual(box.hi, hi));
   }
-  /// Box of cuts after `index`, all of the patch if some are forgotten. False: none. `filled`: perhaps a filling.
+  /// Computes the box of all cuts after cut `index`; false: there is none. The box is unlimited if some are no longer
+  /// stored. `filled`: one may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

@@ -1,11 +1,11 @@
-// Elements examined by each model, per thread; read by work.h.
+// Counts the elements that each contact model examines, per thread; work.h reads the counts.
 #pragma once
 
 #include "haptics/work.h"
 
 namespace typodont::haptics {
 
-// initial-exec: in a shared library (libtypodont.so) the default calls a function per access.
+// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
 [[gnu::tls_model("initial-exec")]] extern constinit thread_local SearchCounts t_search_counts;
 
 }  // namespace typodont::haptics

@@ -7,7 +7,8 @@
 
 namespace typodont::haptics {
 
-/// Twice the distance: a patch may lie so far ahead that the tool is beyond half, from which the carver counts as late.
+/// Twice the distance, because a patch may be so far ahead that the tool is beyond half of it. Beyond the result, the
+/// carver counts as late.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
@@ -17,7 +18,7 @@ PatchModel::PatchModel(const ServoSettings& settings) : settings_(settings), tra
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // In another core's cache: all lines at once.
+  // The struct is in the cache of another core: prefetch all its cache lines at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
@@ -36,13 +37,13 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     update_coarse(fresh, false);
   }
   std::swap(fresh, patch_);
-  std::swap(fresh.step, patch_.step);  // only the carver's object needs memory for steps
+  std::swap(fresh.step, patch_.step);  // only the carver's snapshot needs memory for steps
   adopted(strokes_edited, !edited && !first);
 }
 
-/// To its step `fresh`, with its own samples and cuts.
+/// Moves patch_ to the position of its step `fresh`. Old samples and the servo's own cuts remain.
 void PatchModel::step_to(SurfacePatch& fresh) noexcept {
-  if (fresh.from != patch_.number) return;  // never: a step is of the snapshot in use
+  if (fresh.from != patch_.number) return;  // cannot happen: a step starts from the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
   glm::ivec3 lo, hi;
   bool filled = false;
@@ -51,7 +52,7 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   take_step(patch_, fresh);
   if (late) {
     mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
-    // At the border a cut may reach the new samples, which lack it.
+    // A cut across the old border also changes new samples.
     for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
       if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
     }
@@ -59,13 +60,13 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   adopted(false, true);
 }
 
-/// After undo, redo or a loose piece the old samples lack the edit: cuts are repeated as by the carver. What a loose
-/// piece and a cut both remove counts once.
+/// Repeats cuts after undo, redo or a loose piece, as the carver does: the old samples lack the edit. Volume that both
+/// a loose piece and a cut remove is counted once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     CutLog::Made& made = log_.made(i);
-    // More after undo, less after a loose piece.
+    // A repeated cut removes more volume after undo, and less after a loose piece.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
     made.removed = removed;

@@ -1,4 +1,4 @@
-// Models with a SurfacePatch; repeats missing cuts.
+// Base class of contact models that work in a SurfacePatch. It repeats the cuts that a new patch lacks.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-/// The derived class cuts patch_ and logs. Servo thread.
+/// The derived class cuts in patch_ and adds each cut to log_. Servo thread only.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;
@@ -21,22 +21,24 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
-  /// J/m³; `p_V`: voxels.
+  /// Specific cutting energy at p_V (voxels), J/m³.
   double specific_energy_at(const dvec3& p_V) const noexcept {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// In tissue changed by undo, redo or a loose piece. Voxels³; negative: filling.
+  /// Repeats a cut in `fresh`, whose tissue was changed by undo, redo or a loose piece. Returns the removed volume in
+  /// voxels³; negative: filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// Missing in the coarse patch of `fresh`. `edited`: undo, redo or a loose piece since.
+  /// Adds the cuts that the coarse patch of `fresh` lacks. `edited`: undo, redo or a loose piece changed the tissue.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// patch_ was replaced. `strokes_edited`: undo or redo; `known`: nothing that the old one lacked.
+  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo; `known`: the new patch contains no unknown
+  /// change.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;       // m of a tool in one patch
-  SurfacePatch patch_;  // without memory until the first snapshot
+  double travel_;       // m, distance that the tool may move before the servo needs a new patch
+  SurfacePatch patch_;  // has no memory until the first snapshot arrives
   CutLog log_;
   std::uint64_t cut_count_ = 0;
 

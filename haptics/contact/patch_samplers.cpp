@@ -1,4 +1,4 @@
-// Distances and labels (surface_patch.h).
+// Interpolation of distances and labels in a patch (surface_patch.h).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -13,17 +13,17 @@ namespace typodont::haptics {
 
 namespace {
 
-// initial-exec: in a shared library (libtypodont.so) the default calls a function per access.
+// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // 0..1 in the cell
+  double u, v, w;  // position in the cell, 0..1
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);  // positive in the patch
+  const dvec3 q = p_V - dvec3(patch.lo);  // voxels from the first sample of the patch, positive inside
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }
@@ -78,7 +78,7 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy, first = patch.at(c.x, c.y, c.z);
-  // neighbours along z
+  // the labels of two neighbouring samples along z
   const auto pair = [&](std::size_t at) {
     std::uint16_t two;
     std::memcpy(&two, patch.tissue.data() + at, sizeof two);

@@ -1,4 +1,4 @@
-// A patch's edge, and a tool's way in it.
+// The size of a patch, and the distance that a tool may move in it.
 #include <algorithm>
 #include <cmath>
 
@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Voxels from the centre, at least 0.4 mm; half must exceed four voxels, because patches are placed by eight. Filling
-/// instruments: 1 mm, to look for places.
+/// Voxels from the patch's centre. Half of it must exceed four voxels, because patches are placed at multiples of
+/// eight. Filling instruments need 1 mm to search places for filling.
 double travel_for(const Tool& tool, double voxel) {
   const double least = tool.fill != Tissue::kAir ? 1e-3 : 0.4e-3;
   return std::max({9.0, least / voxel, 0.25 * tool.reach() / voxel});
@@ -22,11 +22,11 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // Beyond the head's end, and only added wholly inside.
+    // The patch must extend beyond the head. Filling is added only if it lies completely inside.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
-  // Against eight samples more by rounding.
+  // 1e-6: rounding errors must not add eight more samples.
   constexpr int n = Sweep::kLeaf;
   return n * static_cast<int>(std::ceil((2 * half + 1 - 1e-6) / n));
 }

@@ -13,7 +13,7 @@ void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept {
     return patch.at(at.x, at.y, at.z);
   };
   for (std::size_t i = 0; i < fresh.step.size(); ++i) {
-    // While a leaf is copied, the next one's target is loaded.
+    // Prefetches the next leaf's destination while this leaf is copied.
     if (i + 1 < fresh.step.size()) {
       prefetch_rows(patch.distance.data() + place(i + 1), stride_x, stride_y);
       prefetch_rows(patch.tissue.data() + place(i + 1), stride_x, stride_y);

@@ -1,5 +1,5 @@
-// What a moving patch gains. The servo keeps the samples that stay, with its cuts, and copies in only the carver's new
-// leaves of 8³.
+// The new samples of a patch that moves with the tool. The servo keeps the samples that stay, with its cuts, and copies
+// only the new leaves (8³ samples) from the carver.
 #pragma once
 
 #include <algorithm>
@@ -13,27 +13,28 @@ namespace typodont::haptics {
 
 struct SurfacePatch;
 
-/// Filled by the carver, read by the servo. Allocates at set-up.
+/// Carver writes, servo reads. Allocates at set-up only.
 class PatchStep {
  public:
-  static constexpr int kSide = 8, kSamples = kSide * kSide * kSide;  // per axis, and in all
+  static constexpr int kSide = 8, kSamples = kSide * kSide * kSide;  // samples of a leaf along each axis, and in total
 
-  /// Uniform distances (or labels and hardness) are one value.
+  /// A leaf whose distances (or labels and hardness) are all equal stores only one value.
   struct Leaf {
-    glm::ivec3 lo;  // position of its first sample in voxels
+    glm::ivec3 lo;  // voxels, position of the leaf's first sample
     bool one_distance, one_label;
     float distance;         // voxels
     Tissue label;           // label.h
     std::uint8_t hardness;  // dense_tissue.h
   };
-  /// z fastest; valid where the leaf is not uniform. `hardness`: null without hardness per voxel.
+  /// Samples of a leaf that is not uniform; z is the fastest index. `hardness`: null if the tissue has no hardness per
+  /// voxel.
   struct Samples {
     float* distance;
     Tissue* label;
     std::uint8_t* hardness;
   };
 
-  /// Of one step by a leaf along all axes, for `edge` leaves each.
+  /// Number of new leaves if a patch of `edge`³ leaves moves by one leaf along all axes.
   static std::size_t most_for(int edge) {
     const auto cube = [](std::size_t n) { return n * n * n; };
     return edge < 1 ? 0 : cube(static_cast<std::size_t>(edge)) - cube(static_cast<std::size_t>(edge) - 1);
@@ -44,13 +45,13 @@ class PatchStep {
     distances_.resize(leaves * kSamples);
     labels_.resize(leaves * kSamples);
   }
-  /// Allocates the memory for hardness per voxel.
+  /// Allocates the memory for a hardness at each voxel.
   void grade() { hardness_.resize(labels_.size()); }
 
-  /// That fit in memory.
+  /// Number of leaves that fit in the allocated memory.
   std::size_t most() const noexcept { return distances_.size() / kSamples; }
   void clear() noexcept { leaves_.clear(); }
-  /// The caller then writes samples(size() − 1). Needs memory.
+  /// Adds a leaf; the caller then writes samples(size() − 1). There must be free memory (most()).
   void add(const Leaf& leaf) { leaves_.push_back(leaf); }
   std::size_t size() const noexcept { return leaves_.size(); }
   const Leaf& leaf(std::size_t i) const noexcept { return leaves_[i]; }
@@ -66,8 +67,8 @@ class PatchStep {
   std::vector<std::uint8_t> hardness_;
 };
 
-/// To the place of its step `fresh` (Snapshot::from), with its data except the samples that stay. `fresh` gets the
-/// coarse patch of `patch`.
+/// Moves `patch` to the position of its step `fresh` and copies the new samples and all other data of `fresh`. `fresh`
+/// receives the old coarse patch.
 void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept;
 
 }  // namespace typodont::haptics

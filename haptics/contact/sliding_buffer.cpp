@@ -4,8 +4,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Twice at `both` and `both` + `size`, without a file: mremap() with an old length of 0. False under Valgrind, which
-/// does not know it.
+/// Maps the same memory at `both` and at `both` + `size` without a file: mremap() with an old length of 0. Returns
+/// false under Valgrind, which does not support this.
 bool map_without_file(char* both, std::size_t size) {
   void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (once == MAP_FAILED) return false;
@@ -16,7 +16,7 @@ bool map_without_file(char* both, std::size_t size) {
   return false;
 }
 
-/// With a file in memory, which RLIMIT_FSIZE limits, too.
+/// Maps a file in memory twice. The limit RLIMIT_FSIZE also applies to this file.
 bool map_file(char* both, std::size_t size) {
   const int file = memfd_create("typodont patch", MFD_CLOEXEC);
   if (file < 0) return false;
@@ -27,7 +27,7 @@ bool map_file(char* both, std::size_t size) {
   return mapped;
 }
 
-/// As operator new: the handler, which frees memory for destructors, then std::bad_alloc.
+/// Behaves as operator new: calls the new-handler, which may free memory for destructors, then throws std::bad_alloc.
 [[noreturn]] void throw_no_memory() {
   if (const std::new_handler handler = std::get_new_handler()) handler();
   throw std::bad_alloc();

@@ -1,5 +1,5 @@
-// A window over a larger array in a ring: what stays keeps its address, only the start moves. Mapped twice in sequence,
-// so it is contiguous.
+// An array that moves over a larger array without copying: remaining elements keep their addresses, only the start
+// moves. The ring of memory is mapped twice in sequence, so the array is contiguous.
 #pragma once
 
 #include <sys/mman.h>
@@ -13,11 +13,11 @@
 
 namespace typodont::haptics {
 
-/// `size` bytes twice in sequence; a multiple of a page. In memory already, so no page faults in the servo. Throws
-/// std::bad_alloc.
+/// Maps `size` bytes of memory twice in sequence. `size`: multiple of the page size. All pages are touched, so the
+/// servo has no page faults. Throws std::bad_alloc.
 void* map_twice(std::size_t size);
 
-/// Owns its memory; copies copy elements. Set-up functions allocate and throw std::bad_alloc.
+/// Owns its memory; a copy copies the elements. Functions for set-up allocate and throw std::bad_alloc.
 template <class T>
 class SlidingBuffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -38,17 +38,18 @@ class SlidingBuffer {
   }
   ~SlidingBuffer() { release(); }
 
-  /// All become `value`.
+  /// Sets the size to `count` and all elements to `value`.
   void assign(std::size_t count, T value) {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Keeps values at the same size; otherwise T{}.
+  /// Keeps the elements if the size remains the same; otherwise sets all to T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }
 
-  /// By `by` elements (negative: back): element i is the former i + by, or unspecified. Copies nothing.
+  /// Moves the array by `by` elements (negative: back). Element i is then the former element i + by, or unspecified if
+  /// there was none. Copies nothing.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);
@@ -97,9 +98,9 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  // elements until the memory repeats
+  // number of elements after which the memory repeats
   std::size_t ring_ = 0;
-  std::size_t first_ = 0;  // of the first element in the ring
+  std::size_t first_ = 0;  // index of the array's first element in the ring
 };
 
 }  // namespace typodont::haptics

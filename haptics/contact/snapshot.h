@@ -1,4 +1,4 @@
-// What the carver passes to the servo; base of the models' data.
+// State of the tissue that the carver passes to the servo. Base class of the snapshots of all contact models.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,19 @@
 
 namespace typodont::haptics {
 
-/// Which state it holds. Bodies derive theirs (patch, spheres …). Written by the carver, the servo's after
-/// ContactModel::adopt(). Buffers get their size at set-up.
+/// Describes which state of the tissue a snapshot contains. The carver writes it; after ContactModel::adopt() it
+/// belongs to the servo. Buffers get their size at set-up.
 struct Snapshot {
-  std::uint32_t number = 0;  // from 1; 0: none yet
-  // 0: complete; otherwise a step from that snapshot, with what it lacks, adoptable only in its place
+  std::uint32_t number = 0;  // number of the snapshot, from 1; 0: empty
+  // 0: complete. Otherwise: contains only what the snapshot with this number lacks, and can replace only that one.
   std::uint32_t from = 0;
-  std::uint64_t cuts = 0;       // last cut that it contains
-  std::uint32_t edits = 0;      // undo and redo before it
+  std::uint64_t cuts = 0;       // number of the last cut that it contains
+  std::uint32_t edits = 0;      // number of undos and redos before the snapshot
   std::uint64_t edited_at = 0;  // last cut before the newest undo or redo
-  // m³ restored by undo, minus removed again by redo
+  // m³, volume restored by undos, minus volume removed by redos
   PerTissue taken_back{};
-  std::uint32_t pieces = 0;  // loose pieces removed before it
-  PerTissue loose{};         // m³ of these
+  std::uint32_t pieces = 0;  // number of loose pieces removed before the snapshot
+  PerTissue loose{};         // m³, volume of these loose pieces
   dvec3 center_W{0, 0, 0};   // m, centre around which the snapshot was requested
 
   Snapshot() = default;

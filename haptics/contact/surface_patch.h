@@ -1,4 +1,4 @@
-// Tissue around the tool in which the servo computes contact and cuts: filled by the carver, then the servo's. Small
+// A dense copy of the tissue around the tool, in which the servo computes contact and cuts. The carver fills it. Small
 // patches move by steps (patch_step.h).
 #pragma once
 
@@ -19,29 +19,31 @@
 
 namespace typodont::haptics {
 
-/// n³ samples of distance (voxels) and label; z fastest.
+/// n³ samples of distance (voxels) and tissue label; z is the fastest index.
 struct SurfacePatch : Snapshot {
-  glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
+  glm::ivec3 lo{0};  // voxels, position of sample (0,0,0)
   int n = 0;
-  bool whole = false;   // contains all tissue: only air beyond
-  double band = 1e300;  // voxels, largest stored distance
-  // outside never too large, except near cuts and fillings
+  bool whole = false;   // the patch contains all tissue; outside it is only air
+  double band = 1e300;  // voxels, largest distance that is stored
+  // true: outside the tissue, no distance is too large, except near cuts and fillings
   bool exact_outside = false;
-  // inclusive, around all cuts and fillings
+  // box around all cuts and fillings, inclusive
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // inclusive, around all fillings
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box around all fillings, inclusive
   SlidingBuffer<float> distance;
   SlidingBuffer<Tissue> tissue;  // label of each sample (label.h)
-  // dense_tissue.h; filled: as before. Empty without hardness per voxel (TissueVolume::graded): kOwnHardness.
+  // Hardness of each sample (dense_tissue.h); at filled samples, the value before filling. Empty if the tissue has no
+  // hardness per voxel (TissueVolume::graded).
   SlidingBuffer<std::uint8_t> hardness;
-  // One, if a tool has a shank: every `every`-th sample of a larger region, in its own larger voxels.
+  // Has one element if a tool has a shank: a larger region that contains every `every`-th sample. Its lengths are in
+  // its own, larger voxels.
   std::vector<SurfacePatch> coarse_levels;
   int every = 1;
-  // For reuse by the carver: what stays is kept, only new and changed samples are copied. copied_at:
-  // TissueVolume::mark() of the last copy, 0: copy all; written_lo, written_hi: inclusive, by the servo since.
+  // Allows the carver to copy only samples that are new or have changed. copied_at: TissueVolume::mark() at the last
+  // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since, inclusive.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
-  // If Snapshot::from is not 0: what comes in; the arrays then mean nothing.
+  // The new samples if Snapshot::from is not 0; the arrays above are then not valid.
   PatchStep step;
 
   void resize(int edge) {
@@ -50,9 +52,10 @@ struct SurfacePatch : Snapshot {
     distance.assign(count, 0);
     tissue.assign(count, Tissue::kAir);
   }
-  /// For tissue with hardness per voxel.
+  /// Allocates the hardness of each voxel.
   void grade() { hardness.resize(tissue.size()); }
-  /// To start at voxel `first`. What stays keeps its values; the rest is unspecified.
+  /// Moves the patch so that it starts at voxel `first`. Samples inside both positions keep their values; the others
+  /// are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -64,26 +67,27 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// All samples within `reach` of p (voxels), and all that cubic interpolation there reads.
+  /// Returns true if the patch contains all samples within `reach` of p_V (voxels), and those that cubic interpolation
+  /// needs there.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
     const double room = reach + kStencil, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// All tissue within `reach` of p, for searches that read nothing else.
+  /// Returns true if the patch contains all tissue within `reach` of p_V (voxels). For searches that read nothing else.
   bool covers(const dvec3& p_V, double reach) const { return holds(p_V, reach) || (whole && number != 0); }
-  /// Largest `reach` of covers() at p (voxels).
+  /// Largest `reach` for which covers() is true at p_V, voxels.
   double reach_around(const dvec3& p_V) const {
     if (whole) return 1e300;
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
     return std::min({nearest.x, nearest.y, nearest.z}) - kStencil;
   }
-  /// The nearest point that linear interpolation may read.
+  /// Point nearest to p_V at which linear interpolation reads only stored samples.
   dvec3 nearest_held(const dvec3& p_V) const {
     return glm::clamp(p_V, dvec3(lo) + kStencil, dvec3(lo + n - 1) - kStencil);
   }
-  /// 0..1 of `way` (voxels) from p along which holds() for `reach`. True at p required.
+  /// Fraction 0..1 of `way` (voxels) from p_V along which holds(…, reach) remains true. It must be true at p_V.
   double held_fraction(const dvec3& p_V, const dvec3& way, double reach) const {
     const double room = reach + kStencil;
     double fraction = 1;
@@ -95,19 +99,19 @@ struct SurfacePatch : Snapshot {
   }
 
  private:
-  static constexpr double kStencil = 3;  // voxels, of samples that cubic interpolation reads
+  static constexpr double kStencil = 3;  // voxels around a point that cubic interpolation reads
 };
 
-/// By samples that the servo has written.
+/// Adds the samples from `lo` to `hi`, which the servo has changed, to the box of written samples.
 inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
-/// By `lo` to `hi`.
+/// Adds the samples `lo` to `hi` to the box of all cuts.
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// No cut has changed the field around p (voxels): interpolated samples and the nearest tissue are outside the cuts'
-/// box. `distance`: at p.
+/// Returns true if no cut has changed the field around p_V (voxels): the samples for interpolation and the nearest
+/// tissue lie outside the box of cuts. `distance`: the field at p_V.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   // voxels to the farthest sample of cubic interpolation (3√3)
   constexpr double kStencil = 5.2;
@@ -117,53 +121,55 @@ inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double d
   return glm::length(off) > distance + 2 * kStencil;
 }
 
-/// Voxels.
+/// Value and gradient of the field, in voxels.
 struct FieldSample {
   double value = 0;
   dvec3 gradient{0, 0, 0};
 };
 
-// Unchecked: holds() first.
+// The following functions do not check bounds: call holds() first.
 
-/// Trilinear at p_V (voxels): error h²/4R for surface radius R, voxel h; 3–4 ns. For searches, never for a force.
-/// Beyond a whole patch a lower bound.
+/// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
+/// ns. For searches, never for a force. Outside a whole patch, returns a lower bound.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear with gradient, also beyond a whole patch.
+/// Trilinear interpolation with gradient; also allowed outside a whole patch.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, O(h⁴). The prefilter is
-/// local, in the weights: nothing to update after a cut (Condat, Blu & Unser 2005, sec. III).
+/// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, error O(h⁴). Its weights
+/// contain the prefilter, so a cut requires no update (Condat, Blu & Unser 2005, sec. III).
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Trilinear weights of the eight labels, without air, scaled to 1; in air 0.
+/// Tissues at p_V (voxels): trilinear weights of the eight labels around it. Air has no weight; the sum is 1, or 0 in
+/// air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// If all eight labels agree, their tissue (weight 1), otherwise kAir.
+/// Tissue at p_V (voxels) if all eight labels around it are equal; otherwise kAir.
 Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Weights of sample_tissue() times hardness (dense_tissue.h); without hardness per voxel the weights.
+/// Weight × hardness of each tissue at p_V (voxels), with the weights of sample_tissue(). Without hardness per voxel:
+/// the weights.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Nearest voxel, which the patch must contain.
+/// Tissue of the voxel nearest to p_V (voxels). The patch must contain it.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Samples along an edge: the tools' reach, interpolation, and the way during the next patch's preparation. Whole
-/// leaves, so it is copied by leaf.
+/// Number of samples along an edge of a patch, for the tools' reach, the interpolation, and the motion until the next
+/// patch. A multiple of 8, because patches are copied by leaves.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Voxels from the centre until the tool leaves it.
+/// Distance in voxels that a tool may move from the patch's centre before it needs a new patch.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Empty, number 0, of `edge` samples along each axis; with a coarse patch if a tool has a shank.
+/// Empty patch (number 0) with `edge` samples along each axis. It has a coarse patch if a tool has a shank.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge);
-/// Of patch_edge_for().
+/// Empty patch with patch_edge_for() samples along each axis.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
-/// The sample's byte, or the filling's. Only with hardness per voxel.
+/// Hardness byte of a sample; filling has its own hardness. Only for a patch with hardness per voxel.
 inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
   return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
 }
-/// 0..1 of the nearest voxel, which the patch must contain.
+/// Hardness 0..1 of the voxel nearest to p_V (voxels). The patch must contain it.
 inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return 1;
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;

@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// Names the first filling instrument, for models that only remove.
+/// Throws an Error that names the first filling instrument; for models that can only remove tissue.
 void refuse_tools_that_fill(std::span<const Tool> tools, std::string_view model);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// Of two published simulators, for comparison. Not passive: without the controller, the ledger shows what they
-// generate.
+// Force filters of two published simulators, for comparison. They are not passive: without the controller, the ledger
+// shows the energy that they generate.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,  // Wang 2009: at most δ per tick, any direction
-  // vertex deformation: constant until off by `renewal`
+  kSlew,  // Wang 2009: changes by at most δ per tick, any direction
+  // Vertex deformation: constant until the wanted force differs by `renewal`.
   kStroke,
 };
 
@@ -24,14 +24,14 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;    // N per tick, δ
-  double still = 0.001;  // N, ξ: smaller is zero
-  // N off the last force, for a new one
+  double step = 0.02;    // N, δ: largest change per tick
+  double still = 0.001;  // N, ξ: a smaller force is zero
+  // N, difference from the last force above which it changes
   double renewal = 0.10;
   double cap = 3.0;  // N, λ: largest magnitude of the force
 };
 
-/// N. `wanted`: computed; `last`: previous.
+/// Filtered force, N. `wanted`: computed force; `last`: previous result.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

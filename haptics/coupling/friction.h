@@ -1,4 +1,4 @@
-// Stick, creep and slip, without drift.
+// Friction with stick, creep and slip, without drift.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -9,19 +9,19 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// of the break-away displacement; below, the adhesion point rests
+  /// fraction of the break-away displacement below which the adhesion point does not move
   double stick_fraction = 0.5;
 };
 
 struct FrictionState {
-  dvec3 w{0};  // m, where the tangential spring holds
+  dvec3 w{0};  // m, adhesion point: the end of the tangential spring
   bool touching = false;
   bool slipping = false;
 };
 
-/// N on the tool, tangential, at most μ F_n (Hayward & Armstrong 2000, eq. 5). Unlike there, the adhesion map is zero
-/// below a stick threshold: small cycles change nothing, nothing drifts. `x`, `previous`: m, contact now and a tick
-/// before; `n`: unit normal.
+/// Tangential force on the tool in N, at most μ F_n (Hayward & Armstrong 2000, eq. 5; below a stick threshold, the
+/// adhesion map is zero, so nothing drifts). `x`, `previous`: m, contact point now and in the last tick; `n`: unit
+/// normal.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {
@@ -40,8 +40,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // It creeps after the contact, z away: α = share / z_max rises from 0 at the threshold to half of 1/z_max at
-    // break-away, so slow motion breaks away too. From there, dynamic friction.
+    // The adhesion point creeps after the contact at the distance z. α = fraction / z_max rises from 0 at the threshold
+    // to half of 1/z_max at break-away, so slow motion also breaks away. Then dynamic friction acts.
     const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

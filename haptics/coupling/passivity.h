@@ -1,4 +1,4 @@
-// The hand never receives energy that it did not put in.
+// The hand never receives energy that it did not supply.
 #pragma once
 
 #include <algorithm>
@@ -8,53 +8,54 @@
 
 namespace typodont::haptics {
 
-/// A constant force gives F·Δx, known only after the tick, so an observer (Hannaford & Ryu 2002) is a tick late. Here
-/// the ledger must cover the next tick's retreat, predicted from recent retreats, any hand's acceleration, and this
-/// hand's recent velocity changes, also in air: who trembles, moves in counts or strokes straight will again. Moving
-/// inward continues; after a reversal at full speed, in jumps, or with a slow or irregular clock, retreat is as fast as
-/// any advance.
+/// A passivity observer (Hannaford & Ryu 2002) knows F·Δx one tick late. Here, the ledger must cover the predicted
+/// retreat of the next tick, from recent retreats and velocity changes, and the acceleration of any hand.
 struct PassivityLaw {
-  // on the fastest retreat: a tick may be missed, a retreat may accelerate
+  // factor on the fastest retreat, because a tick may be missed and a retreat may accelerate
   double margin = 2.5;
-  double memory = 0.05;  // s, for forgetting retreats
-  // m/s² of any hand. Faster inward than turning × tick continues inward.
+  double memory = 0.05;  // s, time constant for forgetting retreats
+  // m/s², acceleration of any hand. If it moves inward faster than turning × tick, it still moves inward in the next
+  // tick.
   double turning = 2;
-  // s, longest tick for `turning`; beyond, retreat as fast as advance
+  // s, longest tick for which `turning` is valid; with longer ticks, retreat may be as fast as advance
   double human_tick = 1e-3;
-  // m per tick, from which motion is in jumps: may reverse at once
+  // m per tick; larger motions are jumps, which may reverse at once
   double jump_distance = 0.3e-3;
   double twisting = 20;  // rad/s², expected angular acceleration of any hand
-  // encoder counts: differences do not show the velocity's changes
+  // true: the position is in encoder counts, whose differences do not show changes of the velocity
   bool in_counts = false;
-  // on the greatest recent speed, for a retreat
+  // factor on the largest recent speed, for the expected retreat
   double faster = 1.2;
-  // On the greatest recent change, for a hand that may reverse.
+  // Factor on the largest recent change, for a reversing hand.
   double again = 3;
-  // On the mean change, added to the greatest, for one that may not. (start_fraction first reduces the mean.)
+  // Factor on the mean change of velocity, added to the largest, for a hand that does not reverse. start_fraction
+  // reduces the mean first.
   double change_margin = 0.6;
-  /// Of the greatest change, off the mean: 0 at the start or end of one stroke.
+  /// Fraction of the largest change that is subtracted from the mean, so that the start or end of a single stroke gives
+  /// 0.
   double start_fraction = 0.1;
-  double mean_weight = 0.01;  // of a tick in the mean
-  // s of motion without decay of greatest speed and change
+  double mean_weight = 0.01;  // weight of one tick in the mean
+  // s of motion for which the largest speed and change do not decay
   double hold = 1;
-  // s, the same for speed without contact; shorter than `hold`: fast approach, slow touch
+  // s without contact for which the largest speed does not decay; shorter than `hold`, because a fast approach is often
+  // followed by a slow touch
   double free_hold = 0.15;
-  double fading = 0.5;  // s, decay after `hold`
-  double uneven = 1.5;  // next tick / longest recent one, for an irregular clock
-  double still = 1e-4;  // m/s; slower is rounding or rest
-  double leap = 2;      // m/s; faster is a jump
-  // s, for forgetting the longest tick: who missed will miss again
+  double fading = 0.5;  // s, time constant of the decay after `hold`
+  double uneven = 1.5;  // next tick / longest recent tick, for an irregular clock
+  double still = 1e-4;  // m/s; a slower motion is rounding or rest
+  double leap = 2;      // m/s; a faster motion is a jump
+  // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again
   double clock_memory = 10;
-  double longest_gap = 5;  // ticks; longer is a pause
-  // J of debt. The guarantee is 1 nJ; the rest is for rounding and sudden reversals.
+  double longest_gap = 5;  // ticks; a longer gap is a pause
+  // J, allowed debt. The guarantee is 1 nJ; the rest is reserved for rounding and sudden reversals.
   double credit = 0.5e-9;
 };
 
-/// Constant for `hold`, then decays.
+/// Maximum of recent values: constant for `hold`, then decaying.
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    // nearly the maximum: `hold` restarts
+    // a value near the maximum restarts `hold`
     if (x >= 0.8 * most) {
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
@@ -64,26 +65,26 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  // m per tick: out of the tissue, or against the last displacement
+  // m per tick, fastest motion out of the tissue, or against the last displacement
   double retreat = 0;
-  double advance = 0;  // m per tick, against the force
-  dvec3 moved{0};      // m, previous tick
+  double advance = 0;  // m per tick, fastest motion against the force
+  dvec3 moved{0};      // m, displacement in the previous tick
   double way = 0;      // m, length of `moved`
-  // s, tick of the next three: 1/s; decay per tick of retreats, and of the longest tick.
+  // s, tick for which the next three values were computed: 1/s; decay of retreats per tick; decay of the longest tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
-  // m/s: greatest speed, and change per tick; also without contact.
+  // m/s: largest speed, and largest change of velocity per tick; also without contact.
   RecentMaximum pace, change;
-  double mean_change = 0;       // m/s, over about a hundred moving ticks
-  dvec3 heading{0};             // m, in the last tick with motion
-  double fade = 1;              // per tick, of `pace` and `change`
-  double since_reversal = 1e9;  // s of motion since the last considerable reversal
+  double mean_change = 0;       // m/s, mean change of velocity over about 100 moving ticks
+  dvec3 heading{0};             // m, displacement in the last tick with motion
+  double fade = 1;              // decay of `pace` and `change` per tick
+  double since_reversal = 1e9;  // s of motion since the last large reversal
   double longest = 0;           // s, longest recent tick
-  // rad per tick: retreat, advance, previous.
+  // rad per tick: fastest retreat, fastest advance, previous rotation.
   double rotation_retreat = 0, rotation_advance = 0;
   dvec3 turned{0};
 };
 
-/// rad, W, `from` into `to`.
+/// Rotation vector from `from` to `to` in frame W, rad.
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
@@ -93,7 +94,8 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// Of a hand that moves or has just stopped. m: displacement, its change, its length.
+/// Updates the state with a tick of a hand that moves or has just stopped. m: displacement, its length `way`, its
+/// change.
 inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
                   PassivityState& state) noexcept {
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
@@ -108,8 +110,8 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
   state.heading = moved;
 }
 
-/// 0..1; 1 after a recent reversal, in jumps, at rest, or with an irregular or slow clock. `uneven_clock`: ticks off
-/// the nominal length.
+/// Returns how likely a reversal is, 0..1. 1 after a recent reversal, in jumps, at rest, or with an irregular or slow
+/// clock. `uneven_clock`: ticks differ from the nominal length.
 inline double reversal_probability(const PassivityLaw& law, double tick, bool uneven_clock,
                                    const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
@@ -119,11 +121,11 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// m out of the tissue in the next tick, the smaller of: velocity changed as much as recently (more if it may reverse),
-/// and little above the largest speed. `along`: m/s outwards; `twitch`: m, of any hand.
+/// Expected motion out of the tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
+/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m, motion of any hand.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
-  const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % for a clock in ns
+  const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % tolerance for a clock in ns
   const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
   const double at_once = law.again * state.change.most,
                restless = std::max(0.0, state.mean_change - law.start_fraction * state.change.most);
@@ -133,7 +135,8 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// By the last tick. m, rad, and m of length; `touches`: a force is felt.
+/// Updates the state with the last tick's displacement (m), its length, and rotation (rad). `touches`: the hand feels a
+/// force.
 inline void observe(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& turned, double dt,
                     double tick, bool touches, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
@@ -149,7 +152,7 @@ inline void observe(const PassivityLaw& law, const dvec3& moved, double way, con
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved, state.way = way;
   state.rotation_retreat *= state.decay;
-  if (state.turned != dvec3(0)) {  // commonly not rotating
+  if (state.turned != dvec3(0)) {  // usually there is no rotation
     state.rotation_retreat =
         std::max(state.rotation_retreat, -glm::dot(turned, state.turned) / glm::length(state.turned));
   }
@@ -160,15 +163,15 @@ inline void observe(const PassivityLaw& law, const dvec3& moved, double way, con
   }
 }
 
-/// J that `f`, `tau` (N, N·m on the hand) may give in the next tick; 0 without. `moved`, `turned`: m, rad, last tick.
-/// Updates the state.
+/// Energy in J that the force `f` (N) and torque `tau` (N·m) may give to the hand in the next tick; 0 without them.
+/// `moved`, `turned`: m and rad in the last tick. Updates the state.
 inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                               const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
   const double strength = glm::length(f), twist = glm::length(tau);
   observe(law, moved, glm::length(moved), turned, dt, tick, strength > 0, state);
   double at_stake = 0;
   if (strength > 0) {
-    // m along the force, positive outwards
+    // m along the force, positive: outwards
     const double along = glm::dot(f, moved) / strength;
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * state.decay, -along);
@@ -177,8 +180,8 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // also without force: torque decays more slowly
-    // rad about the torque's axis, positive along it
+  if (twist > 0) {  // also without force, because a torque decays more slowly
+    // rad about the torque's axis, positive: along the torque
     const double out = glm::dot(tau, turned) / twist;
     state.rotation_retreat = std::max(state.rotation_retreat, out);
     state.rotation_advance = std::max(state.rotation_advance * state.decay, -out);
@@ -189,7 +192,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   return at_stake;
 }
 
-/// 0..1 that `energy` (J) covers; the rest as energy_at_stake().
+/// Fraction 0..1 of the force that `energy` (J) covers; other arguments as energy_at_stake().
 inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                                const dvec3& turned, double dt, double tick, double energy,
                                PassivityState& state) noexcept {

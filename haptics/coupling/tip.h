@@ -1,4 +1,4 @@
-// Sinks into soft tissue and sticks, as a probe that finds caries.
+// A tip that sinks into soft tissue and sticks there, such as a probe that finds caries.
 #pragma once
 
 #include <algorithm>
@@ -8,26 +8,26 @@
 namespace typodont::haptics {
 
 struct TipLaw {
-  double yield = 0;             // N, at the surface; 0: never sinks
+  double yield = 0;             // N, push at which the tip sinks; 0: never
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // force out / force in, at the same depth
-  double depth_limit = 0.5e-3;  // m, largest
+  double grip = 0.6;            // pull-out / push-in force at the same depth
+  double depth_limit = 0.5e-3;  // m, largest depth
 };
 
 struct TipState {
-  double sunk = 0;   // m; 0: not sunk
-  dvec3 p{0};        // m, W, head's centre where the tip is held
-  dvec3 n{0, 0, 1};  // unit, W, outwards
+  double sunk = 0;   // m, depth of the tip; 0: not sunk
+  dvec3 p{0};        // m, W, head's centre when the tip is held
+  dvec3 n{0, 0, 1};  // unit vector out of the tissue, frame W
 };
 
-/// Plastic, so it only absorbs. p follows a push above yield or a pull above holding. `stiffness`: N/m, coupling;
-/// `soft`: can sink deeper. Returns N on the tool; state.sunk is 0 once out.
+/// Returns the force on the tool in N. Plastic, so it only absorbs energy: p follows a push above the yield force, or a
+/// pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
-    // By x with k (push - x) = resistance + hardening x; push: from the tip inward to the hand.
+    // Sinks by x, where k (push - x) = resistance + hardening x; push: distance from the tip inward to the hand.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;

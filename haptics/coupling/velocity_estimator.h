@@ -1,13 +1,7 @@
-// Estimates the velocity of the hand from quantised positions: low noise at rest, fast response in motion, and a known
-// lag.
-//
-// The method is end-fit FOAW (first-order adaptive windowing: Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time
-// adaptive windowing for velocity estimation"). It uses the longest window whose samples all lie within the position
-// noise of the straight line through the window's ends. This file changes three things. (1) The test "every sample
-// within d of the line" uses an interval of allowed slopes, so a tick costs O(window), not O(window²). (2) All three
-// axes use the same window, the shortest of their three windows, so that the components of the velocity have the same
-// lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as a loop of 1
-// kHz.
+// Estimates the velocity of the hand from quantised positions: low noise at rest, fast response in motion, known lag.
+// End-fit FOAW (first-order adaptive windowing: Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing
+// for velocity estimation"), changed: (1) an interval of allowed slopes makes a tick O(window); (2) all axes use the
+// shortest window; (3) stored samples are at least kSpacing apart.
 #pragma once
 
 #include <algorithm>
@@ -21,15 +15,16 @@ namespace typodont::haptics {
 
 struct VelocityEstimate {
   dvec3 v{0};      // m/s, velocity of the hand
-  double lag = 0;  // s, half the window
+  double lag = 0;  // s, half the length of the window
 };
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half peak to peak; one step of an encoder. `axes`: that move, in order.
+  /// `noise`: m, half peak to peak; one step of an encoder. `axes`: number of axes that move, in order.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
-  /// Servo thread; never allocates. A time that does not increase restarts it.
+  /// Adds a position and returns the velocity. Servo thread only; never allocates. A time that does not increase
+  /// restarts the estimator.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
     if (count_ > 0 && t <= newest_.t) count_ = 0;
     const bool first = count_ == 0;
@@ -52,7 +47,7 @@ class VelocityEstimator {
   void reset() noexcept { count_ = 0; }
 
   static constexpr std::size_t kWindow = 48;  // samples in the window; 47 ms at 1 kHz
-  // ns between samples; below 1 ms, for 1 kHz with jitter
+  // ns, smallest time between samples; below 1 ms, so that a loop of 1 kHz with jitter stores every sample
   static constexpr Nanos kSpacing = 750'000;
 
  private:
@@ -64,7 +59,7 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    // m/s through the newest sample; between them, no sample so far is off by more than the noise.
+    // Range of slopes (m/s) through the newest sample for which no sample so far deviates by more than the noise.
     double low = -1e300, high = 1e300;
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {

@@ -1,5 +1,5 @@
-// Bounds of the speed of a head towards samples, by which kernels skip those that it leaves. Private to
-// haptics/cutting.
+// Bounds of the speed of a head towards samples. With them, kernels skip samples from which the head recedes. Private
+// to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +10,15 @@
 
 namespace typodont::haptics {
 
-/// Bounds of n·w over the samples within `reach` of `center`: w is their motion in T, n any normal of the outline's
-/// pieces `first` to `last`. `rho`: of `center`.
+/// Bounds of n·w over the samples within `reach` of `center`, where w is the motion of a sample in frame T, and n any
+/// normal of the meridian's pieces `first` to `last`. `rho`: distance of `center` from the axis.
 struct Advance {
   float slowest, fastest;
 };
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// w away from the axis, within `reach`
+  /// Component of w away from the axis, for samples within `reach`.
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
@@ -27,8 +27,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Largest n·w. Normals turn from the first piece's to the last's, at a tip from straight down. Along one of them it
-  // is |w|, otherwise that of the first or last normal.
+  // Largest n·w. The normals rotate from the first piece's first normal (straight down at a tip) to the last piece's
+  // last. If one is parallel to w, the result is |w|; otherwise it belongs to the first or last.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

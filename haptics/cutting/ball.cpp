@@ -26,27 +26,27 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  // from the sweep's base voxel, the origin here
+  // voxels from the sweep's base voxel, the origin here
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
-/// Groups of eight along z, and what a row's groups share.
+/// Groups of eight samples along z, and the terms that the groups of a row share.
 struct Work {
-  // At most: listed groups, batches of eight rows, samples of a row.
+  // Largest numbers: listed groups, batches of eight rows, samples of a row.
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Equal along a row; one of eight rows per lane.
+  // Terms that are equal along rows; one row per lane.
   F8 u[kRowBatches], v[kRowBatches];
-  I8 base[kRowBatches];  // of the first sample, per row
+  I8 base[kRowBatches];  // array index of the first sample of each row
   // z of samples i to i + 7, from A
   F8 z[kLongest];
-  // each (z index of its first sample << 16) | row
+  // each: (z of the first sample << 16) | row
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
-/// max(old, min(radius - distance, kInner)) where above -kMargin; kInner: 3 voxels, kMargin: 3.5. `capsule` false: the
-/// path's end is accurate enough. `narrow`: rows shorter than a group.
+/// Raises samples to max(old, min(radius - distance, kInner)) where this is above -kMargin (kInner 3, kMargin 3.5
+/// voxels). `capsule` false: the ball at B is accurate enough. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -56,7 +56,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  // where the surface moved: volume per sample
+  // groups that changed, with the removed volume of each sample
   I8 moved_taken[Work::kGroups];
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
@@ -98,7 +98,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Always written; unchanged groups are overwritten by the next. A branch would often be mispredicted.
+    // Always written; an unchanged group is overwritten by the next. A branch would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -114,7 +114,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Lanes of `entries` set in `mask`, into `work`.
+/// Appends to `work` the lanes of `entries` set in `mask`.
 TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -123,23 +123,23 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// A ball from A to B, a capsule; `capsule` false: B covers all ahead of A. Only samples near it, and, continuing a
-/// sweep, ahead of A and outside the emptied ball there. True: changed; volume to `removed`.
+/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. Continued
+/// sweeps examine only samples ahead of A, outside the emptied ball there. Returns true if a sample changed.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Around all that can change: at B if it covers all ahead of A, otherwise between A and B.
+  // A ball around all samples that can change: at B if the ball there covers all ahead of A, otherwise between A and B.
   const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
-  // Continuing: a ball of `inner` around A is empty.
+  // In a continued sweep, a ball of radius `inner` around A is empty already.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  // z of A, from a row's first sample
+  // z of A from a row's first sample
   const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // rounding of the test against A
+  // rounding error of the test against A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -147,7 +147,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // Once per possible start of a group, so rounding does not depend on the row's first sample.
+  // Computed once for each possible start of a group, so that rounding does not depend on the row's first sample.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -156,7 +156,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // Per row: [low, high) without the emptied hole.
+      // Each row's interval [low, high), without the emptied hole.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -164,7 +164,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // Positive, later truncated: adding 1 rounds up.
+      // The values are positive and later truncated, so adding 1 rounds up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -183,7 +183,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      // only if it holds a whole group
+      // omits the hole only if it contains a whole group
       const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
@@ -191,7 +191,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Mostly one interval of up to sixteen: two groups at most, without a branch.
+      // Usual case: one interval of up to sixteen samples, at most two groups, without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -216,7 +216,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // If eight more of the longest rows might not fit.
+      // Cuts now if eight more of the longest rows might not fit.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -226,8 +226,8 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   return changed;
 }
 
-// For several instruction sets. Samples are independent and FMA is off: the same bits on every processor and in any
-// rows.
+// Compiled for several instruction sets. Samples are independent and FMA is off: same bits on every processor, for any
+// division into rows.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -239,24 +239,25 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// Blocks, when to examine them, and the list that carve_due() fills.
+/// Blocks, the path length at which each must be examined, and the list that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // label of the front's first voxel
   int stride_x, stride_y;
-  glm::ivec3 lo, hi;            // one voxel more on each side
-  glm::ivec3 held_lo, held_hi;  // of the patch
-  // of the first block, then of the others
+  glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
+  glm::ivec3 held_lo, held_hi;  // box of the patch
+  // path lengths of the blocks, from the first block on
   float* due;
   int due_x, due_y;
-  float way;    // at this sweep's end
-  float ahead;  // from there, of listed groups; 0: none listed
-  float slip;   // voxels, rounding of a depth
+  float way;    // path length at the end of this sweep
+  float ahead;  // path length for which groups are listed; 0: no list
+  float slip;   // voxels, rounding error of a depth
   int lanes;    // number of samples in a group
-  // Layers of blocks along x go to the parts in turn. `part`: this one; `first_layer`: part of the first layer.
+  // Layers of blocks along x belong to the parts in turn. `part`: the current part; `first_layer`: part of the first
+  // layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // for the groups
-  // found; may exceed `room`
+  CutFront::Found* found;  // buffer for the list of groups
+  // number of groups found; may exceed `room`
   int listed, room;
 };
 
@@ -270,8 +271,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// In the ball, up to kInner (3 voxels). `capsule`: largest during the motion, otherwise at its end. `ahead`: of A.
-/// `u`, `v`: per row.
+/// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule`: largest depth during the motion,
+/// otherwise at its end. `ahead`: mask of samples ahead of A. `u`, `v`: terms of the row.
 template <bool capsule>
 TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -293,7 +294,7 @@ TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// `u` and `v` of depth_of_eight(), for eight rows.
+/// Terms `u` and `v` of depth_of_eight() for eight rows.
 template <bool capsule>
 TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -306,7 +307,8 @@ TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// 0 ahead of the ball, 1 beside, 2 behind; to process similar groups together.
+/// Returns whether a group is ahead of the ball (0), beside it (1) or behind it (2), so that similar groups are
+/// processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -314,7 +316,8 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Blocks due at the present path length, and when next. Lists groups that may change within `ahead`.
+/// Cuts the blocks that are due at the current path length, and sets when they are due next. Lists groups that may
+/// change within `ahead`.
 template <bool capsule>
 TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -328,7 +331,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // One column, near the ball's surface; last read many cuts ago.
+  // Prefetches one column near the ball's surface; it was last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -368,7 +371,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // The middle sample shows if the block is far: field and depth change by at most one per voxel.
+          // The middle sample shows if the block is far away: field and depth change by at most one per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -405,13 +408,13 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance of approach until depth exceeds the value; never at kInner.
+            // Distance of approach until the depth exceeds the value; a sample at kInner never changes.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
             slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
-            __builtin_prefetch(b.tissue + first);  // the list reads these labels soon
+            __builtin_prefetch(b.tissue + first);  // prefetches the labels, which the list will read soon
           }
           float slack = least_slack[0];
           for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
@@ -481,7 +484,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Beyond the sweep: groups are longer, and lists are from up to a voxel away.
+  // Extends beyond the sweep, because groups are longer, and because lists are used up to one voxel later.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -1,14 +1,14 @@
-// A sweep works block by block. Private to haptics/cutting.
+// A sweep processes the samples in blocks. Private to haptics/cutting.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace typodont::haptics {
 
-inline constexpr int kRows = 4, kDeep = 8;  // kRows × kRows rows of kDeep samples
-// centre of a block of samples
+inline constexpr int kRows = 4, kDeep = 8;  // a block has kRows × kRows rows of kDeep samples
+// Centre of a block, relative to its first sample.
 inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
-// voxels, centre to corner: |(1.5, 1.5, 3.5)|, rounded up
+// voxels, distance from the centre to a corner: |(1.5, 1.5, 3.5)|, rounded up
 inline constexpr float kHalf = 4.1f;
 
 }  // namespace typodont::haptics

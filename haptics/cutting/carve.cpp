@@ -1,4 +1,4 @@
-// Cuts and fillings in a patch, and their transfer to a new one.
+// Cuts and fillings in a patch, and their transfer to another.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// The larger of two fields.
+/// Takes the larger of two fields in each sample.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {
@@ -35,10 +35,10 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
-// voxels from a changed sample, where labels may change
+// voxels around a changed sample within which labels may change
 constexpr int kRelabelled = 1;
 
-/// After changed distances.
+/// Updates the labels of filled samples after distances have changed.
 bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
   const glm::ivec3 lo = glm::max(glm::max(changed_lo - kRelabelled, patch.filled_lo), patch.lo + 1);
   const glm::ivec3 hi = glm::min(glm::min(changed_hi + kRelabelled, patch.filled_hi), patch.lo + patch.n - 2);
@@ -48,7 +48,8 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// By sweeps or whole voxels. `make` writes distances a to b; true: changed.
+/// Cuts in a box of the patch, with sweeps or whole voxels. `make` writes the distances from a to b, and returns true
+/// if a sample changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {
@@ -110,7 +111,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // Filling only reduces distances: earlier labels stay valid, new ones are checked.
+  // Filling only reduces distances, so earlier labels stay valid; only new ones are checked.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

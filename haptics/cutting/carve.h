@@ -42,23 +42,23 @@ namespace typodont::haptics {
 class CutFront;
 class VoxelStamp;
 
-/// From the servo's patch; removed filling loses its label. Voxels³ per tissue, by the fraction inside. Optional:
-/// `changed`: any sample, even in air; `hardened`: volume times hardness, the cut's cost. `front`: of this patch and
-/// tool.
+/// Cuts in the servo's patch. Returns the removed volume of each tissue in voxels³. Removed filling loses its label.
+/// `changed`: a sample changed, even in air. `front`: active front of this patch and tool. `hardened`: volume ×
+/// hardness.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Whole voxels of `stamp`; otherwise as for a Sweep.
+/// As carve() above, but removes the whole voxels of `stamp`.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 
-/// To the servo's patch. Voxels³ per tissue.
+/// Adds filling to the servo's patch. Returns the added volume of each tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Cuts made in `old` while `patch` was copied: in lo..hi (inclusive) the larger distance. `filled`: all samples and
-/// labels from `old`.
+/// Adds the cuts that were made in `old` while `patch` was copied: in lo..hi (inclusive), takes the larger distance.
+/// `filled`: copies all samples and labels from `old`.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
-/// The boxes of merge(), without changing a sample.
+/// Updates the boxes of cuts and fillings as merge() does, without changing samples.
 void mark_merged(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool filled) noexcept;
 
 }  // namespace typodont::haptics

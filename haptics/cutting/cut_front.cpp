@@ -11,9 +11,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// blocks around the front, so that it seldom moves
+// additional blocks around the front, so that it moves seldom
 constexpr int kRoom = 2;
-// groups; no dental bur's front has as many
+// largest number of groups; fronts of dental burs have fewer
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
@@ -36,8 +36,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Samples that cuts may change, in groups and parts. Memory for twice the average: parts in the head's middle have
-  // more.
+  // Room for the groups of samples that cuts may change. Memory for twice the average, because parts in the middle of
+  // the head have more.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -101,7 +101,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // By blocks. Values from a to b (before the move) are copied.
+    // Copies the blocks a to b (positions before the move).
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {
@@ -156,8 +156,8 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // One part may be renewed early per tick. If at most n expire in the next n ticks, for every n, all are in time;
-  // otherwise the first to expire is renewed now.
+  // At most one part per tick may be renewed early. If at most n lists expire in the next n ticks, for every n, all can
+  // be renewed in time; otherwise the first to expire is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();
@@ -173,7 +173,7 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       first_part_(front.part_of(reached.first.x)),
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
-      // A fast head would soon reach the list's end.
+      // No lists for a fast head, because it would soon reach the end of the list.
       ahead_(travel > kMostListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
       ahead_of_empty_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}

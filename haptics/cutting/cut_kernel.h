@@ -1,35 +1,35 @@
-// Once per namespace of lane_ops.h. Raises samples and sums the volume per tissue.
+// Included once in each namespace of lane_ops.h. Raises samples and sums the removed volume of each tissue.
 
-/// To `depth` (limited to kInner, 3 voxels) where `ahead`, above the old value and −kMargin (−3.5). `least`: what it
-/// had to exceed; `rises`: raised ones.
+/// Raises samples to `depth` (at most kInner, 3 voxels) where `ahead` is set and depth exceeds both the old value and
+/// −kMargin (−3.5). `least`: receives this larger value; `rises`: receives the raised lanes.
 TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
   return pick(rises, depth, old);
 }
 
-/// From `was` to `is`, in units of haptics/cutting/inside_fraction.h.
+/// Removed fraction of each voxel when its distance changes from `was` to `is`, in the units of inside_fraction.h.
 TYPODONT_INLINE Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Per tissue, in one running sum while the label stays.
+/// Sums removed volume. While the label stays the same, one running sum is used.
 struct Taken {
   RemovedVolume* removed;
-  GradedSamples graded;  // so that its pointers stay in registers
+  GradedSamples graded;  // a copy, so that its pointers stay in registers
   Ints units = {};
-  // Units × hardness byte: low 16 bits, and the rest.
+  // Sum of units × hardness byte: low 16 bits; rest.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// May be null, without add().
+  /// `to` may be null if add() is never called.
   TYPODONT_INLINE Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }
 
-  /// Of a group with one label.
+  /// Adds a group in which all samples have one label.
   TYPODONT_INLINE void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
@@ -40,9 +40,9 @@ struct Taken {
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }
-    if (++groups == 255) close();  // at most 2^23 units each: 255 groups stay below 2^31
+    if (++groups == 255) close();  // each addend is at most 2^23 units, so 255 groups stay below 2^31
   }
-  /// Samples `from` .. `to`, any labels. `labels`: of the first sample.
+  /// Adds the samples `from` to `to` with any labels. `labels`: label of the group's first sample.
   TYPODONT_INLINE void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;
@@ -72,7 +72,7 @@ struct Taken {
     label = group_label;
   }
   TYPODONT_INLINE static std::int64_t sum_of_lanes(const Ints& v) {
-    std::int32_t apart[kLanes];  // so that the sums stay in a register
+    std::int32_t apart[kLanes];  // separate array, so that the sums stay in a register
     std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;

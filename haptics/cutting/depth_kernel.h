@@ -1,6 +1,5 @@
-// Once per namespace of lane_ops.h. Depth from rho (from the axis) and z (along it). Only voxel and pose decide:
-// leaving out pieces that cannot be nearest gives the same bits. A single piece, nearest between its ends, takes fewer
-// operations.
+// Included once in each namespace of lane_ops.h. Depth in the head from rho (distance from the axis) and z (height
+// along it). It depends only on voxel and pose: leaving out pieces that cannot be nearest gives the same bits.
 
 TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -11,7 +10,7 @@ TYPODONT_INLINE Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared, from the nearest of some pieces; outside of at least one.
+/// Squared distance from the nearest of some pieces, and whether the point is outside at least one of them.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -19,7 +18,7 @@ struct NearestPiece {
   TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // `along`: from the first end; `over`: beyond the nearer end, 0 between.
+    // `along`: distance along the line from its first end; `over`: distance beyond the nearer end, 0 between the ends.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);
@@ -27,7 +26,7 @@ struct NearestPiece {
   }
   TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // End b is the next piece's; a may be the tip.
+    // Tests only end a, because end b is end a of the next piece. End a may be the tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -46,7 +45,7 @@ TYPODONT_INLINE NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// `set`: a bit per piece.
+/// Depth below the nearest piece of `set`, a bit mask.
 TYPODONT_INLINE Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

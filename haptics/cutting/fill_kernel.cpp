@@ -1,4 +1,4 @@
-// Eight samples in parallel.
+// Adds filling to eight samples at once.
 #include "haptics/cutting/fill_kernel.h"
 
 #include <algorithm>
@@ -25,14 +25,14 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels from the filling, where air gets its label for queries at the surface
+// voxels from the filling; air this near gets its label, for queries at the surface
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // voxels, rounding of a chord
+constexpr float kSlip = 1e-3f;  // voxels, rounding error of a chord
 
-/// Of a row; outside the block, values that filling does not change.
+/// Eight samples of a row; outside the block, they have values that filling does not change.
 struct Lanes {
   float* at;
-  int from, to;  // lanes in the block
+  int from, to;  // lanes inside the block
 
   TYPODONT_INLINE bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_INLINE F8 load() const {
@@ -50,8 +50,8 @@ struct Lanes {
   }
 };
 
-/// Where the limiting solid is nearer than the ball, it decides, per sample of `meant`, unless far from all eight.
-/// Groups are aligned to the volume's blocks, so results do not depend on the block.
+/// Limits the samples in `meant` to the limiting solid where that is nearer than the ball. Groups are aligned to the
+/// volume's blocks, so the result does not depend on the block.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -65,7 +65,7 @@ void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, 
   }
 }
 
-// FMA is off, samples are independent: the same bits on every processor and in every block.
+// FMA is off and samples are independent: same bits on every processor and for any block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;
@@ -74,7 +74,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  // what the reverse change would remove
+  // volume that the reverse change would remove
   RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
@@ -111,7 +111,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        // what the reverse change would remove
+        // volume that the reverse change would remove
         const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label), lanes.at);
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;

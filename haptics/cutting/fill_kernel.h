@@ -1,4 +1,4 @@
-// As plain data. Private to haptics.
+// Filling as plain data for the kernel. Private to haptics.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,27 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// Voxels from the base voxel near the instrument's head.
+/// Positions in voxels, from the base voxel near the head.
 struct FillBall {
   HeadPose head;
-  // where no filling may be: head and its way out
+  // meridian of the head; neither the head nor its path of retreat may contain filling
   MeridianPiece pieces[HeadField::kMaxPieces];
-  // all of these, a bit each
+  // bit mask of all pieces
   unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // whose limit the kernel reads
+  const Fill* filling;  // the kernel asks it for the limiting solid
 };
 
 struct FillBlock {
-  // `first`: from the base voxel; `size`: samples per axis
+  // `first`: position relative to the base voxel; `size`: number of samples along each axis
   glm::ivec3 first, size;
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// The smaller of old distance and filling's; see Fill::lower().
+/// Lowers each sample to the filling's distance; see Fill::lower().
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

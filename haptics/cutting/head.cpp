@@ -1,4 +1,4 @@
-// Cuts by all heads that are not balls.
+// Cuts by heads that are not balls.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -18,25 +18,27 @@ namespace typodont::haptics {
 
 namespace {
 
-/// With its place at the head.
+/// A block with its position relative to the head.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // may lie outside the array
-  int from[3], to[3];                     // processed, per axis
-  glm::ivec3 first;                       // from HeadPose::base
-  // Upper bound of depths, linear: value at the centre and slopes. Heads are convex, so depth is concave.
+  std::ptrdiff_t at, stride_x, stride_y;  // may refer to an element outside the array
+  int from[3], to[3];                     // range of processed samples along each axis
+  glm::ivec3 first;                       // first sample relative to HeadPose::base
+  // Upper bound of the depths as a linear function: value at the centre, and slopes. Valid because heads are convex, so
+  // depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // Nearest to all samples between its ends; otherwise kManyPieces plus a bit per piece that can be.
+  // Piece that is nearest to all samples, between its ends; otherwise kManyPieces plus a bit mask of the pieces that
+  // can be nearest.
   int kind;
-  bool beside;  // during the motion deeper than at its end
-  // voxels, least approach to a sample
+  bool beside;  // true: samples may be deeper during the motion than at its end
+  // voxels, smallest approach of the head to a sample
   float slowest;
 
-  /// Near the centre.
+  /// Address of the sample near the centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Voxels, in row (ix, iy).
+  /// Upper bound of depth in the row (ix, iy), voxels.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kDeep - 1) * bound_z, 0.0f);
@@ -45,18 +47,18 @@ struct HeadBlock {
 
 /// Further inputs and results of carve_head_block().
 struct BlockSlack {
-  // voxels of path for `live`
+  // voxels of path for which `live` is valid
   float ahead = 0;
-  float slack = kNoEnd;  // voxels, until a processed sample can change
-  // Output, may be null: per row of the column (y fastest), a bit per sample that may change.
+  float slack = kNoEnd;  // voxels of motion until a processed sample can change
+  // Output, may be null: for each row of the column (y is the fastest index), a bit mask of samples that may change.
   std::uint64_t* live = nullptr;
-  int shift = 0;         // of the first sample in each of `live`
+  int shift = 0;         // bit of the first sample in each element of `live`
   bool emptied = false;  // true if a sample became air
 };
 
 }  // namespace
 
-// One sample per lane; masks as lanes, or a bit each where there are mask registers.
+// One sample per lane. A mask is a vector of lanes, or one bit per lane where there are mask registers.
 namespace eight {
 namespace {
 
@@ -64,7 +66,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: they use the four above.
+// Included last, because they use the four files above.
 #include "haptics/cutting/head_block_kernel.h"
 #include "haptics/cutting/leaf_block_kernel.h"
 
@@ -92,7 +94,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: it uses the four above.
+// Included last, because it uses the four files above.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -103,13 +105,13 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 }  // namespace
 }  // namespace eight_masked
 
-// Two neighbouring rows of a leaf.
+// Sixteen lanes: two neighbouring rows of a leaf.
 namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-// Last: it uses the two above.
+// Included last, because it uses the two files above.
 #include "haptics/cutting/leaf_block_kernel.h"
 
 RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
@@ -123,19 +125,19 @@ RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
 
 namespace {
 
-constexpr int kStretch = 64;  // samples of a row, listed together
-// voxels, of taking a neighbouring arc for a line
+constexpr int kStretch = 64;  // samples of a row that are listed together
+// voxels, error of treating a neighbouring arc as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Per lane: distance from head and each piece, and the direction outwards.
+/// For eight block centres: distance from the head and from each piece, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  // T: centre, rho, and (n_rho, n_z) outwards
+  // T: position of the centre, rho, and the outward direction (n_rho, n_z)
   F8 x, y, z, rho, n_rho, n_z;
 };
 
-/// `R`: V to T, by column. Centres from the head's.
+/// `R`: rotation from V to T, column by column. `center`: positions relative to the head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -179,7 +181,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // On the surface the direction is undefined, and not needed.
+  // On the surface, the direction is undefined and not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -199,7 +201,7 @@ bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_rai
   return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 }
 
-/// leaf_block_kernel.h.
+/// Selects the kernel of leaf_block_kernel.h for this processor.
 eight::RaisedBlock raise_in_leaf(const HeadPose& pose, const HeadBlock& block) {
   eight::RaisedBlock raised;
 #ifdef TYPODONT_SIXTEEN_LANES
@@ -228,7 +230,8 @@ TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// From both ends along it, negative beyond, and depth below it. T: one or eight floats.
+/// Distances along a piece from both of its ends (negative beyond them), and the depth below it. T: one or eight
+/// floats.
 template <class T>
 TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -242,8 +245,8 @@ TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// A bit per piece that alone is nearest to all `count` samples along z while the head moves by `ahead`. `first`,
-/// `last`: equal for one piece. `v`: first sample, V, from the head.
+/// Returns a bit mask of the pieces that alone are nearest to all `count` samples along z while the head moves by
+/// `ahead`. `first`, `last`: examined pieces. `v`: first sample relative to the head, frame V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -272,10 +275,11 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
   return alone;
 }
 
-/// Blocks near one pose, eight at a time.
+/// Examines blocks at one pose, eight at a time.
 class HeadPass {
  public:
-  /// At start or end. `after`: the other pose has been cut; `ahead`: path of validity.
+  /// For the pose at the start or the end. `after`: the other pose has been cut already; `ahead`: path for which
+  /// results are valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -285,7 +289,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// By its first voxel. True: eight, evaluate.
+  /// Adds the block with this first voxel. Returns true if there are eight; then call look().
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -294,7 +298,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// what() then tells: cut, examine, or leave.
+  /// Evaluates the blocks. what() then tells whether a block must be cut, examined or left.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -303,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// The single piece that is nearest to all of the group from `first_voxel`, or `kind`.
+  /// Single piece that is nearest to all samples of the group from `first_voxel`; `kind` if there is none.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -313,21 +317,22 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  /// True: samples within `block`, its part in the target, must be read to decide for `ahead`. False: `slack`.
+  /// Returns true if samples must be read to decide for `ahead`; `block` receives the part in the target. Otherwise
+  /// `slack` is set.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return false;
-    // Along the axis: not above the end beside the flank (Straight::still_above). In a block, z and rho + z differ by
-    // at most kHalf and √2 kHalf.
+    // For a motion along the axis: above the rim and beside the flank, nothing changes (Straight::still_above). In a
+    // block, z and rho + z differ from the centre's by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
       return false;
     }
     slack = kNoEnd;
-    // Deep inside at the other pose: already empty.
+    // Deep inside at the other pose: the block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -343,12 +348,12 @@ class HeadPass {
     return true;
   }
 
-  // kNone: not read; kLook: read, but the head leaves all; kRaise.
+  // kNone: the block is not read. kLook: it is read, but the head recedes from all its samples. kRaise: it may change.
   enum class Work { kNone, kLook, kRaise };
-  /// After near(). kNone, with `slack`: nothing can change within `ahead`.
+  /// Call it after near(). Returns kNone, and sets `slack`, if nothing can change within `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // The middle sample shows if the block is far: field and depth change by at most one per voxel.
+    // The middle sample shows if the block is far away: field and depth change by at most one per voxel.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -367,7 +372,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // The head leaves the whole block: nothing gets deeper.
+      // If the head recedes from the block, nothing gets deeper.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -387,12 +392,12 @@ class HeadPass {
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       // n_T in V
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
-    // Unknown direction: at most one per voxel.
+    // Unknown direction: depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece suffices if all samples lie between its ends and no other is nearer to one inside.
+    // One piece suffices if all samples lie between its ends and no other piece is nearer to a sample inside.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -414,17 +419,18 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // voxels, from the head's centre
+  F8 center_[3];  // voxels, centres relative to the head's centre
   Seen seen_;
   int lanes_ = 0;
 };
 
-/// look(), choose(), carve() in turn (Sweep::carve_due_blocks()): one batch is loaded while another is computed.
+/// look(), choose() and carve() are called in turn (Sweep::carve_due_blocks()), so that one batch is loaded while
+/// another is computed.
 class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// `due`: when next. True: full.
+  /// `due`: receives the path length at which the block is due next. Returns true if the batch is full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -451,7 +457,7 @@ class HeadBatch {
       }
     }
   }
-  /// And when next. `way`: path so far; `again`: at once.
+  /// Cuts the batch and sets when its blocks are due next. `way`: path length so far; `again`: due at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -459,7 +465,7 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // Partly outside the patch: 0.
+        // A block partly outside the patch has slack 0.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -478,7 +484,7 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Of a group over two blocks of kinds `a` and `b`.
+/// Kind of a group that extends over two blocks of the kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -534,7 +540,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       Leaf* leaf;
       float* due;
     } added[8];
-    /// Returns its slack.
+    /// Cuts a block and returns its slack.
     const auto carve_block = [&](int lane, Leaf& leaf) {
       HeadBlock block;
       float slack;
@@ -548,7 +554,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       if (raise && !block.beside && tops.back.still_above == kNoEnd) {
         const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
         leaf.changed |= raised.changed, leaf.emptied |= raised.emptied;
-        if (raised.changed) return 0.0f;  // at the surface now: any motion may raise it
+        if (raised.changed) return 0.0f;  // raised samples are now at the surface, so any motion may raise them again
         raise = false;
       }
       BlockSlack found;
@@ -564,7 +570,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         const float slack = carve_block(lane, *added[lane].leaf);
-        // after pose A comes B, so all again
+        // pose B is examined after pose A, so all blocks remain due until then
         if (k > 0) *added[lane].due = path + (slack - slip);
       }
     };
@@ -580,7 +586,8 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
   }
 }
 
-/// Blocks due in one part of the front, and when next. Lists groups that may change within `ahead`.
+/// Cuts the blocks that are due in one part of the front, and sets when they are due next. Lists groups that may change
+/// within `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -624,11 +631,11 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // Partly outside the target: 0.
+              // A block partly outside the target has slack 0.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
-            // After pose A (k = 0) comes B: all at once.
+            // Pose B follows pose A (k = 0), so all blocks are due at once.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0) continue;
@@ -668,8 +675,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// For a head too fast for lists. A large head's samples exceed the near caches, so blocks pass in eights: position and
-/// one sample requested, choice and rows requested, cut.
+/// For a head that is too fast for lists. The samples of a large head exceed the near caches, so blocks are processed
+/// in batches of eight: request one sample each; decide and request rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
@@ -725,8 +732,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   if (front.outdated() < front.parts()) {
-    // Beyond the sweep: groups end with their blocks, and lists are from up to a voxel away. Along the axis the box
-    // holds the end only; earlier lists go farther.
+    // Extends beyond the sweep, because groups end with their blocks, and lists are used up to a voxel later. For a
+    // motion along the axis, the box contains only the end, but earlier lists extend farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
@@ -734,7 +741,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   }
   CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfHead);
   bool changed = false;
-  unsigned unlisted = 0;  // without lists, a bit each
+  unsigned unlisted = 0;  // bit mask of parts without lists
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (renewal.keeps(part)) {

@@ -1,7 +1,8 @@
-// Once per namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h, way_kernel.h.
+// Included once in each namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h and way_kernel.h.
 
-/// max(old, min(depth, kInner)), without depths below -kMargin (3 and 3.5 voxels). True: changed. `may_raise` false:
-/// only `found`. `tops`: perhaps deeper during the motion.
+/// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
+/// Returns true if a sample changed. `may_raise` false: only computes `found`. `tops`: receives samples that may have
+/// been deeper during the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -31,7 +32,7 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
       const float bound_here = static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y;
       const Floats most = lesser(bound + all(bound_here), inner);
       const Floats least = greater(old, all(-Sweep::kMargin));
-      const Mask full = no_less(old, inner);  // at the largest value already
+      const Mask full = no_less(old, inner);  // the sample already has the largest value
       Floats room = pick(full, no_end, least - most);
       if (any(more(all(looked_at), room))) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
@@ -70,14 +71,14 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // Apart along the axis only: `moving` puts what it leaves unchanged outside. The list is for such motions, so
-        // from `moving`; slack is for any later motion, so from `depth`.
+        // `moving` puts samples that a motion along the axis leaves unchanged far outside. The list is for this motion,
+        // so it uses `moving`; slack is for any later motion, so it uses `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
-          // the list reads these labels soon
+          // prefetches the labels, which the list will read soon
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

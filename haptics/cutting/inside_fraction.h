@@ -1,4 +1,4 @@
-// Fraction of a voxel inside a surface, in integer units, whose sums are exact in any order: removed, added and
+// Fraction of a voxel inside a surface, in integer units, whose sums are exact in any order. So removed, added and
 // remaining volumes agree.
 #pragma once
 
@@ -9,10 +9,10 @@ namespace typodont::haptics {
 
 inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
-/// In units, at `distance` voxels from the centre. Floats between 1 and 2 are a unit apart, so their bit patterns
-/// subtract to units.
+/// Returns the fraction in units at `distance` voxels from the voxel's centre to the surface. Floats between 1 and 2
+/// are one unit apart, so the difference of their bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
-  // No branch, to vectorise the sum over a leaf's 512 samples.
+  // Without branches, so that the sum over the 512 samples of a leaf is vectorised.
   const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);

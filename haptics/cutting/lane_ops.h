@@ -1,5 +1,5 @@
-// Eight floats of GCC's vector types (two halves on four lanes), or sixteen with AVX-512. Exact or IEEE-rounded: the
-// same bits everywhere. Private to haptics/cutting.
+// Operations on eight floats (GCC vector types; or two halves of four lanes) or on sixteen (AVX-512). All are exact or
+// IEEE-rounded: same bits on every processor. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include <immintrin.h>
 #endif
 
-// All is inlined, so how vectors are passed does not matter.
+// All functions with vector arguments are inlined, so the warning about their calling convention does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -72,14 +72,15 @@ TYPODONT_INLINE Floats root(Floats v) {
 TYPODONT_INLINE Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Of non-negative lanes; the rest: high_half().
+/// Low 16 bits of non-negative lanes; rest: high_half().
 TYPODONT_INLINE Ints low_half(Ints v) {
   return v & 0xffff;
 }
 TYPODONT_INLINE Ints high_half(Ints v) {
   return v >> 16;
 }
-/// label.h, dense_tissue.h; filled: the filling's. `labels` null: nothing is filled.
+/// Hardness bytes (label.h, dense_tissue.h); filled samples have the filling's hardness. `labels` null: nothing is
+/// filled.
 TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
@@ -100,7 +101,7 @@ TYPODONT_INLINE bool every(Mask mask) {
 
 }  // namespace eight
 
-/// Two halves for four lanes: GCC splits comparisons of wider vectors into elements.
+/// Two halves of four lanes, because GCC splits comparisons of wider vectors into single elements.
 namespace halves {
 
 struct Floats {
@@ -244,8 +245,8 @@ TYPODONT_INLINE unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// For mask registers. `V`, `I`: vectors of floats, integers; `P`: prefix of intrinsics; `COUNT`: lanes; `M`: mask. Some
-// are masked, because GCC 12 wrongly warns about the others.
+// Operations with mask registers. `V`, `I`: vector types of floats and integers; `P`: prefix of intrinsics; `COUNT`:
+// lanes; `M`: mask type. Some use masked instructions, because GCC 12 warns wrongly about the unmasked ones.
 #define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
   using Floats = V;                                                                        \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \
@@ -326,7 +327,7 @@ namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, __m512i, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
-/// Eight lanes, half the work where sixteen take two halves.
+/// Eight lanes with mask registers: half the work where a row of sixteen would need two halves.
 namespace eight_masked {
 TYPODONT_MASKED_LANES(__m256, __m256i, _mm256, 8, __mmask8)
 }  // namespace eight_masked

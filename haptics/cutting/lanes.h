@@ -1,5 +1,5 @@
-// Eight floats for kernels of several instruction sets (engine/base/dispatch.h), with equal results by GCC's vector
-// types. Only for haptics' .cpp files.
+// Vectors of eight floats for kernels that are compiled for several instruction sets (engine/base/dispatch.h). GCC's
+// vector types give equal results on all. Only for .cpp files of haptics.
 #pragma once
 
 #include <cmath>
@@ -42,20 +42,20 @@ TYPODONT_INLINE bool any_of(const I8& mask) {
 }
 
 TYPODONT_INLINE void take_root(D8& v) {
-  asm("" : "+m"(v));  // through v, or some roots are computed one by one
+  asm("" : "+m"(v));  // through memory, or some roots are computed one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 TYPODONT_INLINE void take_root(F8& v) {
-  // Through memory, or the compiler splits the vector and computes some of the eight roots one by one.
+  // Through memory; otherwise the compiler splits the vector and computes some of the roots one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 
-/// `order[mask]` moves the lanes of `mask` to the front.
+/// `order[mask]` moves the lanes in `mask` to the front.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

@@ -1,4 +1,4 @@
-// A ball in a leaf.
+// Cuts by a ball in a leaf.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,13 +11,13 @@
 
 namespace typodont::haptics {
 
-// For two halves of four and for sixteen lanes, the same bits. None with eight for AVX2: fewer instructions, but a
-// third longer for a drilling tick.
+// Compiled for two halves of four lanes and for sixteen lanes, with the same bits. Eight lanes with AVX2 would need
+// fewer instructions, but make a drilling tick a third longer.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Last: it uses cut_kernel.h.
+// Included last, because it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -34,7 +34,7 @@ namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Last: it uses cut_kernel.h.
+// Included last, because it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -64,12 +64,12 @@ Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm
 Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  // voxels, centre to corner: |(3.5, 3.5, 3.5)|, rounded up
+  // voxels, distance from the centre to a corner: |(3.5, 3.5, 3.5)|, rounded up
   constexpr float kHalf = 6.1f;
-  // voxels: reach of the sweep; rounding of a depth
+  // voxels: reach of the sweep; rounding error of a depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // Farther from B than the sweep is long: untouched.
+  // A leaf farther from B than the sweep is unchanged.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

@@ -1,17 +1,17 @@
-// Once per namespace of lane_ops.h, after cut_kernel.h and depth_kernel.h. Blocks of a leaf.
+// Included once in each namespace of lane_ops.h, after cut_kernel.h and depth_kernel.h. Cuts the blocks of a leaf.
 
 /// `emptied`: a sample became air.
 struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// carve_head_block() for a whole block of a leaf, without volume and slack. Only where nothing was deeper than at the
-/// end. `depth_of(rho, z)`.
+/// As carve_head_block() for a whole block of a leaf, but without volume and slack. Only for blocks in which no sample
+/// was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
   static_assert(n == kDeep && kGroups * kTogether == kRows);
-  // Rows along y follow each other: a group may hold two.
+  // Rows along y are consecutive in memory, so a group may consist of two rows.
   struct Lanes {
     Floats x, y, z, bound;
   };
@@ -61,7 +61,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// With the pieces of the block's `kind`.
+/// Computes depths with the pieces of the block's `kind`.
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);
@@ -70,7 +70,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
           return depth_below_pieces(block.pieces, set, rho, z);
         });
   }
-  // a copy, which writing samples does not change
+  // a copy, so that writing samples cannot change it
   const MeridianPiece piece = block.pieces[block.kind];
   if (piece.radius == 0.0f) {
     return raise_leaf_block(

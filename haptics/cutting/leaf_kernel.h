@@ -1,10 +1,11 @@
-// Once per namespace of lane_ops.h, after cut_kernel.h. A ball in a leaf.
+// Included once in each namespace of lane_ops.h, after cut_kernel.h. Cuts by a ball in a leaf.
 
-/// From the leaf's first sample. kLanes samples: one or two rows along y at constant x; third coordinate 3.5.
+/// Centres of the groups of a leaf, relative to its first sample. A group is one or two rows along y at constant x; the
+/// third coordinate is 3.5.
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
-  // voxels, to the outermost samples along y and z, and their squared distance, rounded up
+  // voxels, distances from the centre to the outermost samples along y and z, and their squared distance, rounded up
   static constexpr float kHalfY = 0.5f * (kRowsTogether - 1), kHalfZ = 3.5f, kHalf2 = 12.51f;
   alignas(64) float x[kCount], y[kCount];
   constexpr LeafGroups() : x(), y() {
@@ -17,17 +18,19 @@ struct LeafGroups {
 };
 constexpr LeafGroups kLeafGroups;
 
-/// Not too far, not behind A, not inside the ball at A, where kInner is written.
+/// Bit mask of the groups that the cut may change: not too far away, not behind A, and not inside the ball at A, where
+/// all samples are kInner.
 TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
   constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
-  // Last terms exceed all rounding.
+  // The last terms are larger than all rounding errors.
   const float reach = c.radius + Sweep::kMargin + length + 1e-2f, inner = c.radius - Sweep::kInner - 1e-2f;
   const float ahead = std::abs(c.aby) * kHalfY + std::abs(c.abz) * kHalfZ + 1e-3f * length;
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
               pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  // Squared distances differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and kHalf2 more upwards.
+  // Squared distances of a group's samples differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and upwards by
+  // kHalf2 more.
   const Floats least_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
   const Floats hole2 =
@@ -45,11 +48,11 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   return near;
 }
 
-/// `capsule` false: the end is accurate enough (Sweep::is_ball).
+/// `capsule` false: the ball at B is accurate enough (Sweep::is_ball).
 template <bool capsule>
 TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
-  // By y or z only. Groups are one or two rows, so z terms agree.
+  // Terms that depend on y or z only. A group consists of one or two whole rows, so all groups have the same z terms.
   float y_along[n], y_apart[n];
   alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
@@ -77,7 +80,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     along_x[x] = px * c.abx;
     apart_x[x] = capsule ? px : qx * qx;
   }
-  // visit(first sample's position, depths, mask of those ahead of A).
+  // Calls visit(position of the first sample, depths, mask of the samples ahead of A).
   const auto visit_group = [&](int group, const auto& visit) __attribute__((always_inline)) {
     const int x = group / kInPlane, i = group % kInPlane;
     const Floats dot = (all(along_x[x]) + along_y[i]) + along_z;
@@ -103,11 +106,11 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // At the surface now: slack 0.
+  // Raised samples are now at the ball's surface: slack 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   const auto take_slack = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // approach until it changes; never at kInner (3 voxels)
+    // distance of approach until the sample changes; a sample at kInner (3 voxels) never changes
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   };

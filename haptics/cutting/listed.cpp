@@ -11,14 +11,14 @@
 
 namespace typodont::haptics {
 
-// Per vector width. Samples are independent, volumes integers, FMA off: the same bits.
+// Compiled for each vector width. Samples are independent, volumes are integers, and FMA is off: same bits for all.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: it uses the three above.
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -41,7 +41,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: it uses the three above.
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -65,7 +65,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: it uses the three above.
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -87,7 +87,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Last: it uses the three above.
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -128,7 +128,7 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // Often all groups of a part are narrow, or none: the other kernel is not called.
+    // Often all groups of a part are narrow, or none: then only one of the kernels is called.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

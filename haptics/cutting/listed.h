@@ -1,4 +1,5 @@
-// The lists of the active front (CutFront), all that most cuts change. Private to haptics/cutting.
+// Cuts of the groups in the lists of the active front (CutFront), which are all that most cuts change. Private to
+// haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +16,8 @@
 
 namespace typodont::haptics {
 
-/// Voxels from a nearby voxel: A, A to B, radius. `continues`: the last sweep ended at A.
+/// A ball that moves from A to B. Voxels, relative to a nearby voxel: A, the vector from A to B, radius. `continues`:
+/// the last sweep ended at A.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -23,20 +25,20 @@ struct Capsule {
   bool continues;
 };
 
-/// As plain data. Positions from the first voxel of the front's first block.
+/// The lists of a ball as plain data. Positions are relative to the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  // from the origin of `c`
+  // front's first voxel, relative to the origin of `c`
   glm::ivec3 origin;
-  float* distance;  // at the origin
-  struct {          // by z
-    // Capsule: voxels along z from A; if B covers all ahead of A: voxels², squared from B along z.
+  float* distance;  // sample at this voxel
+  struct {          // tables by z
+    // for a capsule: height above A, voxels; for a ball at B: squared height from B, voxels²
     float* apart;
-    // voxels², along z from A × motion's z
+    // voxels², height above A × z of the motion
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // Ahead of the ball, beside, behind.
+  // Ranges of groups ahead of, beside and behind the ball.
   struct Ranges {
     int count;
     struct {
@@ -45,13 +47,13 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// For other heads, as plain data.
+/// The lists of any other head as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // from HeadPose::base
+  glm::ivec3 origin;  // first voxel of the front, relative to HeadPose::base
   float* distance;
-  // per z: its terms of x, y, z in T
+  // tables by z: contributions of z to x, y, z, frame T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;
@@ -59,7 +61,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// At a group's start, at most `lanes`. Empty air matches all.
+/// Returns how many samples at the start of a group have one label, at most `lanes`. Empty air matches every label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;
@@ -80,7 +82,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// True: changed; volume to `removed`.
+/// Returns true if a sample changed. Adds to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

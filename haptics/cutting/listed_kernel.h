@@ -1,17 +1,17 @@
-// Once per namespace of lane_ops.h. The lists of haptics/cutting/cut_front.h.
+// Included once in each namespace of lane_ops.h. Cuts the groups in the lists of cut_front.h.
 
-constexpr int kChunk = 128;  // groups together
-// groups ahead, for prefetching
+constexpr int kChunk = 128;  // groups that are processed together
+// number of groups by which prefetching is ahead
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_INLINE void fetch(const float* group) {
   __builtin_prefetch(group);
-  // its end too: mostly two cache lines
+  // prefetches the end of the group too, because it usually lies in two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Per lane, how many may change. True: all of all.
+/// Returns true if all samples of kLanes groups may change. `length`: number of such samples in each group.
 TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -20,12 +20,13 @@ TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of kChunk groups, equal within each.
+/// Terms that are equal for all samples of a group.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// `capsule` false: the end is accurate enough. `ahead`, `whole`: all samples are ahead of A, may change; no test then.
+/// `capsule` false: the ball at B is accurate enough. `ahead`: all samples are ahead of A; `whole`: all may change.
+/// These need no test.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -61,7 +62,7 @@ TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  // voxels, rounding against the plane through A
+  // voxels, rounding error of the test against the plane through A
   constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
@@ -84,7 +85,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      // behind A: cannot increase
+      // groups behind A cannot increase
       if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
@@ -98,7 +99,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// Narrow groups (only eight samples can change), or the others. True: changed.
+/// Cuts the narrow groups (only eight samples can change), or the others. Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -111,7 +112,8 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// For may_be_deeper(): way × rho, away from the axis and along it; least depth. Depth below one kind of piece each.
+/// Input of may_be_deeper(): motion × rho, away from the axis and along it; smallest depth that changes a sample. The
+/// following structs compute the depth below one kind of piece each.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -124,7 +126,7 @@ struct BelowLine {
     return below;
   }
 };
-/// Perpendicular to the axis, many heads' end: rho does not matter.
+/// A line perpendicular to the axis, the end of many heads: rho does not matter.
 struct BelowEnd : BelowLine {
   TYPODONT_INLINE Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -139,7 +141,7 @@ struct BelowArc {
     return below;
   }
 };
-/// One or two pieces, with their ends.
+/// One or two pieces, including their end points.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -162,7 +164,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// Along the axis: end, rim or flank nearest. The bits of BelowAny only for samples that this can cut.
+/// For a motion along the axis: end, rim or flank is nearest. Gives the bits of BelowAny only for samples that this
+/// motion can cut.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -186,18 +189,20 @@ struct BelowAny {
   }
 };
 
-/// kChunk groups, T, voxels: what z does not change, and the first sample's way back to the last pose.
+/// Values of kChunk groups in frame T, voxels: terms that do not depend on z, and the motion of the first sample back
+/// to the last pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// At each group's middle.
+/// Bounds at the middle of each group.
 struct HeadSides {
-  // voxels: half a group along z; its part across the axis
+  // voxels: half the length of a group along z; the component of this across the axis
   float half, off;
-  float across;  // voxels, across the axis
-  // Voxels. bend: between neighbours; turned: between middle and samples, at most.
+  float across;  // voxels, motion across the axis
+  // Voxels. bend: difference of the motion between neighbouring samples; turned: largest difference between the middle
+  // and a sample.
   float bend[3], turned;
 
   TYPODONT_INLINE HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -214,7 +219,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// A bit per group: perhaps deeper during the motion.
+  /// Bit mask: groups that may be deeper during the motion.
   TYPODONT_INLINE unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -226,7 +231,7 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // Away from the axis differs per sample: for all directions in the group.
+    // The component away from the axis differs for each sample, so it is bounded for all directions in the group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -236,7 +241,7 @@ struct HeadSides {
   }
 };
 
-/// `beside`: perhaps deeper during the motion.
+/// `beside`: the groups may have been deeper during the motion.
 template <bool beside, class Below>
 TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -277,7 +282,7 @@ TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Of the same pieces.
+/// Cuts a run: groups with the same nearest pieces.
 template <class Below>
 TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
@@ -285,7 +290,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // Along the axis (still_above below kNoEnd), never.
+  // Samples are never deeper earlier in a motion along the axis (still_above below kNoEnd).
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
@@ -320,7 +325,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// Narrow groups (only eight samples can change), or the others. True: changed.
+/// Cuts the narrow groups (only eight samples can change), or the others. Returns true if a sample changed.
 TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
@@ -332,7 +337,7 @@ TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The end, which alone cuts along the axis.
+    // Along the axis, only the end cuts.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

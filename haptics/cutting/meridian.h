@@ -1,4 +1,4 @@
-// Heads other than balls: meridian as floats, and pose. Private to haptics/cutting.
+// Meridian and pose of a head that is not a ball, as floats. Private to haptics/cutting.
 #pragma once
 
 #include <cstddef>
@@ -10,26 +10,27 @@
 
 namespace typodont::haptics {
 
-/// HeadField::Piece with outward normals at both ends; a line's length.
+/// A piece of HeadField, with outward normals at both ends and the length of a line.
 struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
-  // Corners a and b: tan(φ/2), φ between the neighbouring normals.
+  // At the corners a and b: tan(φ/2), where φ is the angle between the neighbouring normals.
   float corner_a, corner_b;
 };
-// Below: one smooth piece that is nearest. From there: plus a bit per piece that can be.
+// A kind below this: the one smooth piece that is nearest. From this on: kManyPieces plus a bit mask of the pieces that
+// can be nearest.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// Voxels from `base`, near enough for floats.
+/// Pose of a head in voxels, relative to `base`, which is near enough for floats.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // voxels, head's centre from `base`
-  float R[9];  // V to T, by column
+  float p[3];  // voxels, the head's centre relative to `base`
+  float R[9];  // rotation from V to T, column by column
 };
 
-/// From which a head removes.
+/// Samples from which a head removes tissue.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -37,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels of slack: never
+// voxels, slack of a sample that can never change
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -1,4 +1,4 @@
-// A tool's head added as tissue, for example an implant.
+// Adds a tool's head as tissue, such as an implant.
 #pragma once
 
 #include <cstddef>
@@ -11,23 +11,23 @@
 
 namespace typodont::haptics {
 
-/// As Fill adds a ball; for implants that stay. Carver thread.
+/// Adds a head as Fill adds a ball; for implants that stay in bone. Carver thread only.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Voxels within Sweep::kMargin (3.5) of the head.
+  /// Box of voxels within Sweep::kMargin (3.5) of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// The smaller of old distance and body's; see Fill::lower().
+  /// Lowers each sample to the head's distance; see Fill::lower().
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 
  private:
   HeadField head_;  // lengths in voxels
   Tissue label_;
-  Pose X_TV_;  // V in T; voxels
+  Pose X_TV_;  // pose of the frame V in T, voxels
   glm::ivec3 lo_, hi_;
 };
 

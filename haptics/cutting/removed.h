@@ -1,4 +1,4 @@
-// Volume of a cut, and times hardness where that differs by voxel.
+// Volume that a cut removes, and this volume × hardness if hardness differs per voxel.
 #pragma once
 
 #include <array>
@@ -12,24 +12,25 @@
 
 namespace typodont::haptics {
 
-/// Same index in all three arrays.
+/// Distances, labels and hardness of the samples; all three arrays have the same index.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;          // null: nothing filled
-  const std::uint8_t* hardness = nullptr;  // null: no hardness per voxel
+  const Tissue* tissue = nullptr;          // null: nothing is filled
+  const std::uint8_t* hardness = nullptr;  // null: the tissue has no hardness per voxel
 
-  /// Filled: the filling's.
+  /// Hardness of a sample; filling has its own hardness.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }
 };
 
-/// Summed while cutting.
+/// Sums that are updated while cutting.
 struct RemovedVolume {
-  // voxels³, by the fraction inside
+  // voxels³, by the removed fraction of each voxel
   PerTissue volume{};
-  GradedSamples graded;  // input; without, `hardened` stays zero
-  // 2⁻²³ voxel (inside_fraction.h) × byte (1 to 255): integers, so order does not matter.
+  GradedSamples graded;  // input; without it, `hardened` remains zero
+  // Units of 2⁻²³ voxel (inside_fraction.h) × hardness byte (1 to 255). Integers, so the order of the sum does not
+  // matter.
   std::array<std::int64_t, kTissueCount> hardened{};
 
   /// Adds the removed volume `units` of one sample.

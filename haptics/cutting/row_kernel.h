@@ -1,19 +1,19 @@
-// After cut_kernel.h, with eight lanes. Rows that may lie partly outside.
+// Included after cut_kernel.h, with eight lanes. Rows of samples that may lie partly outside the processed region.
 
-/// One per lane; only `from` to `to` - 1.
+/// One sample per lane; only the lanes `from` to `to` - 1 are processed.
 struct Row {
   float* distance;
   int from, to;
   bool whole;  // true if all samples are processed
 
-  /// Others get a value that no cut raises.
+  /// Reads samples; other lanes get a value that never rises.
   TYPODONT_INLINE Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  /// `labels`: only if volume is counted.
+  /// `labels`: needed only if the removed volume is counted.
   TYPODONT_INLINE void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);

@@ -1,5 +1,4 @@
-// Slack of a column of blocks, and the first stage of a list's path in which a group can change. Private to
-// haptics/cutting.
+// Slack of a column of blocks, and the stage from which its samples can change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +10,16 @@
 
 namespace typodont::haptics {
 
-/// Of 16 rows. Voxels of approach until a sample can change.
+/// Slack of the samples in 16 rows: voxels that the head must approach until a sample can change.
 class SlackRows {
  public:
-  static constexpr int kStretch = 64;  // samples of a row, listed together
+  static constexpr int kStretch = 64;  // samples of a row that are listed together
 
-  /// Of eight samples.
+  /// Stores the slack of eight samples.
   TYPODONT_INLINE void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// Least of sixteen from z, in `which`: others may not be stored.
+  /// Smallest of the sixteen slacks from z on that are set in `which`; the others may not be stored.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -36,14 +35,14 @@ class SlackRows {
   }
 
  private:
-  // per row; above kStretch: a group may go beyond
+  // elements per row; more than kStretch, because a group may extend beyond it
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// Of CutFront::kStages over `ahead` (voxels), the first that reaches this slack.
+/// First of CutFront::kStages over `ahead` (voxels) in which a sample with this slack can change.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

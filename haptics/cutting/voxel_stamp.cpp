@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr float kCleared = 0.5f;  // voxels, of a removed voxel: all air
+constexpr float kCleared = 0.5f;  // voxels, distance of a removed voxel: completely air
 
 }  // namespace
 

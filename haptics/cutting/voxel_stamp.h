@@ -1,4 +1,4 @@
-// Voxels whose centres are in the head become air: a reference for Sweep.
+// Removes voxels with centres in the head: reference for Sweep.
 #pragma once
 
 #include <cstddef>
@@ -11,22 +11,23 @@
 
 namespace typodont::haptics {
 
-/// At one pose. Patch and volume use carve(), so bits agree.
+/// A head at one pose. Patch and volume both use carve(), so their bits agree.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Around the head.
+  /// Box of voxels around the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// `lo`, `size`: voxels; z fastest, strides in samples. `removed`: voxels³ per tissue. True: changed. Any thread.
+  /// `lo`, `size`: box in voxels; z is the fastest index, strides in samples. `removed`: voxels³ of each tissue.
+  /// Returns true if a sample changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
  private:
   HeadField head_;  // lengths in voxels
-  Pose X_TV_;       // V in T; voxels
+  Pose X_TV_;       // pose of the frame V in T, voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -1,5 +1,5 @@
-// Heads other than balls, along their path. Heads are convex: a sample's depth along its line in T is concave with one
-// maximum. Searched for all samples after a long motion, otherwise where it may exceed the end's.
+// Cuts by heads that are not balls, along their path. Heads are convex, so the depth of a sample along its line in
+// frame T is concave. Its maximum is searched after a long motion, otherwise only where needed.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -28,17 +28,17 @@ namespace {
 
 namespace {
 
-// tan of half a corner's angle, beyond which no single line decides
+// tan of half a corner's angle; at a sharper corner, a single line cannot decide alone
 constexpr float kRightAngle = 1.001f;
-constexpr int kSteps = 24;  // steps; almost always below ten
-// voxels, of the centre's path for a block
+constexpr int kSteps = 24;  // largest number of steps; almost always less than ten
+// voxels, difference between the paths of a block's samples and that of its centre
 constexpr float kBesideSlip = 0.5f;
 
-/// z range of a column within `far` (voxels) of the axis. `off`: centres from a point of the axis; `height`: its z less
-/// centre to first sample. False: none.
+/// Finds the z range of a column of blocks within `far` (voxels) of the axis. `off`: column centres relative to a point
+/// of the axis; `height`: z of this point relative to a block's centre. Returns false if it is empty.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // |d|² - (d·a)² <= far² with d = (off, z), quadratic in z; a: axis
+  // |d|² - (d·a)² <= far², quadratic in z; d = (off, z), a: unit vector of the axis
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -52,7 +52,7 @@ bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, 
   return lowest <= highest;
 }
 
-/// Eight points in the head's frame.
+/// Eight points in frame T.
 struct Points {
   F8 x, y, z;
 };
@@ -64,7 +64,7 @@ TYPODONT_INLINE Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// Of eight samples from `from`.
+/// Motions of eight samples that start at `from`.
 TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
@@ -72,7 +72,7 @@ TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
 }
 
-/// Straight::bend_turn, of eight samples.
+/// Second-order terms (Straight::bend_turn) of eight samples.
 TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
   const float* const T = way.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
@@ -80,18 +80,18 @@ TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
 }
 
-/// Of eight, with derivatives along the paths.
+/// Depths of eight samples, and their derivatives along the paths.
 struct Depth {
   F8 depth, slope;
 };
 
-/// Within kTop. Ends early below `needed` or above `most`. Concave: below its tangents, whose intersection bounds it.
-/// Alternates this point, exact at a corner, and a parabola's maximum.
+/// Searches the largest depth of eight samples within kTop; ends early below `needed` or above `most`. Steps alternate
+/// between the intersection of two tangents (an upper bound, exact at a corner) and the maximum of a parabola.
 struct Search {
-  unsigned set;  // can be nearest on this path, a bit each
-  // T: starts, ways, second-order terms
+  unsigned set;  // bit mask of pieces that can be nearest
+  // in frame T: start points, motions, second-order terms
   Points from, way, bend;
-  // 0..1: between a and b, now at s
+  // fractions 0..1: maximum between a and b, now at s
   F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
@@ -119,7 +119,7 @@ struct Search {
     }
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
-  /// At `fraction`, T.
+  /// Outward normal at `fraction`, frame T.
   TYPODONT_INLINE Points normal(const Straight& head, const F8& fraction) const {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -127,7 +127,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// From `fraction`. x, y, z: voxels from HeadPose::base of the first pose.
+  /// Begins at `fraction`. x, y, z: voxels relative to HeadPose::base of the first pose.
   TYPODONT_INLINE void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float fraction, float most) {
     set = pieces;
@@ -146,7 +146,8 @@ struct Search {
   TYPODONT_INLINE void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // Per lane: s before the maximum becomes a, after it b. Still increasing at an end: there.
+    // In each lane, a point s before the maximum becomes a, and a point after it becomes b. If the depth still
+    // increases at an end of the path, the maximum is there.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -160,15 +161,15 @@ struct Search {
   }
 };
 
-/// Deepest: fraction 0..1, position, depth.
+/// Largest depths of eight samples: fraction of path, position, depth.
 struct Deepest {
   F8 fraction;
   Points at;
-  F8 rho, below, depth;  // voxels; below the flank's lower end, otherwise 0
+  F8 rho, below, depth;  // voxels; below: height below the flank's lower end, otherwise 0
 };
 
-/// Below a line; with the round end for a cylinder's flank: radius minus distance from a half-line. Squared distances
-/// are quadratic along the path: closed form.
+/// Largest depth below a line. If a round end continues the flank, the depth is radius minus the distance from a
+/// half-line. Squared distances are quadratic along the path, which gives a closed form.
 TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
   const Points way = paths_from(head, from);
@@ -177,7 +178,8 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
            B = from.x * way.x + from.y * way.y;
   F8 s = -B / A;
   if (line.naz != 0.0f) {
-    // -nax rho - naz z + constant for normal (nax, naz); rho² = A t² + C, t from the smallest rho.
+    // Depth: -nax rho - naz z + constant, with the normal (nax, naz); rho² = A t² + C, where t is measured from the
+    // smallest rho.
     const F8 rises = -line.naz * way.z, steepest = line.nax * line.nax * A - rises * rises;
     const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
     const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
@@ -186,14 +188,15 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   s = eight::greater(eight::lesser(s, one), none);
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
-    // Convex: nearest to the round end's centre if that is below it, otherwise nearest to the axis.
+    // The head is convex: the deepest point is that nearest to the round end's centre if it is below this centre,
+    // otherwise that nearest to the axis.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // Located on the straight path, with a small error; at a maximum it has no first-order effect.
+  // The maximum is located on the straight path; its small error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -209,16 +212,18 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   return found;
 }
 
-/// Largest depths of eight centres; concave, so a linear bound holds for their blocks (n_x, n_y, n_z).
+/// Largest depths at eight block centres. Depth is concave, so a linear bound (n_x, n_y, n_z) is valid for the whole
+/// blocks.
 struct Centres {
-  unsigned set;  // input: can be nearest on the path
-  // Input: no sample deeper than `outside`, or all than `emptied`, need not be computed.
+  unsigned set;  // input: bit mask of pieces that can be nearest
+  // Input: blocks with no sample deeper than `outside`, or with all samples deeper than `emptied`, need not be
+  // computed.
   float outside, emptied;
-  F8 x, y, z;    // voxels from HeadPose::base of the first pose
-  F8 best, top;  // of the largest depth
-  // n outwards: at offset d (voxels) at most `top` − n · d, up to rounding and rotation.
+  F8 x, y, z;    // voxels relative to HeadPose::base of the first pose
+  F8 best, top;  // lower and upper bound of the largest depth
+  // Outward normal n: at the offset d (voxels), the depth is at most `top` − n · d, except for rounding and rotation.
   F8 n_x, n_y, n_z;
-  F8 fraction;  // of the path, deepest
+  F8 fraction;  // fraction of the path at which the centre is deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -228,7 +233,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Below both tangents, so below their means; the weights make it constant along the path.
+  // The depth is below both tangents, so also below their weighted mean. The weights make this mean constant along the
+  // path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -242,7 +248,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// look_at() in closed form, where line `line` alone decides.
+/// As look_at(), in closed form, for blocks in which the line `line` alone decides.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_line(const Straight* way_at, Centres* centres, int line) {
   const Straight& way = *way_at;
@@ -265,17 +271,17 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
   centres->fraction = found.fraction;
 }
 
-/// At the start: depths, and distances from each piece.
+/// Block centres at the start of the path: depths, and distances from each piece.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // Alone decides all depths of the block on the path, up to Sweep::kInner; -1: none.
+  // Index of the line that alone decides all depths of the block on the path, up to Sweep::kInner; -1: none.
   int line[8];
-  F8 rho;  // voxels from the axis
-  // The head leaves every sample: deepest at the start, by concavity.
+  F8 rho;  // voxels, distance from the axis
+  // true: the head recedes from every sample, so by concavity the depth is largest at the start
   I8 recedes;
 
-  /// Within `reach` of the centre's start, a bit each.
+  /// Bit mask of the pieces that can be nearest within `reach` of the centre's start.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -294,11 +300,11 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// AtStart::recedes by a lower bound of n·w. `rounding`: voxels, of a path's component along a normal.
+/// Computes AtStart::recedes by a lower bound of n·w. `rounding`: voxels, error of a motion's component along a normal.
 TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
-  // First and last that can be nearest, with their normals.
+  // First and last piece that can be nearest, with normals.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -315,7 +321,7 @@ TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float roundi
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // Least w away from the axis, within kHalf of the centre.
+  // Smallest component of w away from the axis, within kHalf.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -324,13 +330,13 @@ TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  // Largest n·(-w), the negative of the smallest n·w.
+  // Largest n·(-w), which is the negative of the smallest n·w.
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= way.turned * kHalf + rounding;
 }
 
-/// AtStart::line. Depths in a block differ from the centre's by at most kHalf; below a line they are concave, so
-/// smallest at an end of the path.
+/// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. Below a line they are concave
+/// along the path, so they are smallest at one of its ends.
 TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(way, at.at);
@@ -342,7 +348,7 @@ TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
     const MeridianPiece& line = way.pieces[i];
     const bool round = has_round_end(way.pieces, i);
     if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
-    // along the line, from both ends
+    // distances along the line from both ends
     const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
     const F8 room = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
     I8 alone = from_b > room + Sweep::kInner * line.corner_b;
@@ -359,12 +365,12 @@ TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Only if a centre is inside the head, which is rare.
+/// Called only if a centre is inside the head: rare.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // An arc's second end is the next piece's; here it is needed.
+    // The second end of an arc usually belongs to the next piece, but is needed here.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -373,7 +379,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   find_lines(way, *found);
 }
 
-/// Of the block, at the start; concave, so at a corner. `first`: from HeadPose::base of the first pose.
+/// Smallest depth of a block at the start of the path. Depth is concave, so it occurs at a corner. `first`: relative to
+/// HeadPose::base of the first pose.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -389,36 +396,37 @@ float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   return least;
 }
 
-/// Its processed part, and bounds at the centre.
+/// A block's processed part, and the bounds at its centre.
 struct WayBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // from HeadPose::base of the first pose
+  glm::ivec3 first;  // first sample, relative to HeadPose::base of the first pose
   float top, n[3], fraction;
-  // voxels, of the centre's path for all
+  // voxels, error of using the centre's path for all samples
   float bent;
-  float* due;    // when next; null: not stored
-  unsigned set;  // can be nearest on the path, a bit each
-  // AtStart::line, or -1
+  float* due;    // receives the path length at which the block is due next; null: not stored
+  unsigned set;  // bit mask of pieces that can be nearest
+  // AtStart::line; -1: none
   int line;
   bool emptied;
 
-  /// Bound of the centre's row minus that of (ix, iy).
+  /// Upper bound in the row through the centre, minus that in the row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// In the row through the centre.
+  /// Upper bound of depth in the row through the centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Voxels, -kMargin minus the bound of (ix, iy); not negative: unchanged. Negative if `emptied`.
+  /// -kMargin minus the upper bound in the row (ix, iy), voxels. If it is not negative, the row does not change.
+  /// Negative if `emptied`.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// In the block.
+  /// Upper bound of the depth in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// For carve_way_block().
+/// Prefetches the rows that carve_way_block() will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -429,22 +437,23 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// max(sample, min(depth, kInner)), without depths below -kMargin (3 and 3.5 voxels). True: changed. `slack`: voxels.
+/// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
+/// Returns true if a sample changed. `slack`: voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
-  // All rows step by step, so that results need not be waited for.
+  // All rows make one step before the next, so that no row waits for its own results.
   constexpr int kAll = kRows * kRows;
   const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, of rows not read
+  // voxels, slack of rows that are not read
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, of rows read but unchanged
+  F8 read = F8{} + kNoEnd;  // voxels, slack of rows that are read but unchanged
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float room = block.unread(ix, iy); room >= 0) {
@@ -453,7 +462,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // at the largest value already
+      const I8 full = old >= Sweep::kInner;  // the sample already has the largest value
       const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) {
@@ -503,7 +512,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   return changed;
 }
 
-/// Eight listed samples to their largest depths.
+/// Raises eight listed samples to their largest depths.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;
@@ -516,7 +525,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // First the other end, where the cut has written already.
+  // Evaluates the other end first, which is cut already.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -542,7 +551,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // R − 1 without cancellation.
+  // R − 1, computed without cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},
@@ -557,11 +566,12 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // Half the sum of squares of R − 1 is the squared chord of the angle. A sample may be `beyond` (voxels) outside.
+  // Half the sum of squares of R − 1 is the squared chord of the angle. A sample may be up to `beyond` (voxels) outside
+  // the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Of a tangent: rounding of depth, corners (2 kNear), rounding of the direction.
+  // Error of a tangent: rounding of the depth, corners (2 kNear), rounding of the direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -596,11 +606,13 @@ float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
 
 namespace {
 
-/// On one straight part: choose(), look(), cut(), eight at a time, the next eight requested meanwhile.
+/// Cuts along one straight part of the path: choose(), look(), cut() for eight blocks at a time, while the next eight
+/// are loaded.
 class PathPass {
  public:
-  /// `part` of the path; `cut_before`: its start was cut; `turned`: voxels, sample's against centre's path; `rounding`:
-  /// voxels along a normal; `known` (may be null): when next, null if another part follows.
+  /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
+  /// sample and the centre; `rounding`: voxels along a normal; `known`: receives when blocks are due next; null if
+  /// another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
       : way_(part),
@@ -613,14 +625,14 @@ class PathPass {
         outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
         emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
 
-  /// From voxel `first`. `due` (may be null): when next.
+  /// Adds the block that starts at voxel `first`. `due` (may be null): receives when it is due next.
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;
     put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
-  /// True: changed.
+  /// Completes the cut. Returns true if a sample changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {
@@ -631,7 +643,7 @@ class PathPass {
   }
 
  private:
-  /// Computed alike: one group per line (closed form), and one that searches.
+  /// Blocks that are computed in the same manner: one group for each line (closed form), and one group that searches.
   struct Group {
     int count = 0;
     Centres centres;
@@ -646,7 +658,8 @@ class PathPass {
     if (at && known_) *at = known_->way + (slack - known_->slip);
   }
 
-  /// Too far on the whole path; after a cut at the start, also empty or left ones.
+  /// Drops blocks that are too far away on the whole path, and, if the start has been cut, blocks that are empty or
+  /// from which the head recedes.
   void choose() {
     fill_up(starts_, started_);
     AtStart at;
@@ -692,7 +705,7 @@ class PathPass {
     }
     block.first = first - way_.from.base;
   }
-  /// Bounds of a group, and rows requested; meanwhile the earlier ones are cut.
+  /// Computes the bounds of a group and requests its rows; meanwhile, the earlier blocks are cut.
   void look(int which) {
     Group& group = groups_[which];
     Centres& centres = group.centres;
@@ -742,7 +755,7 @@ class PathPass {
   const HeadTarget& target_;
   RemovedVolume* const removed_;
   const DueBlocks* const known_;
-  // voxels at the centre: unchanged below, emptied above
+  // voxels, depths of a block's centre: below outside_ it is unchanged, above emptied_ it becomes empty
   const float outside_, emptied_;
   bool changed_ = false;
   int started_ = 0;
@@ -762,7 +775,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // voxels of a cut's reach, plus one for a straight path
+  // voxels; reach of a cut, plus one for the deviation from a straight path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
@@ -783,11 +796,11 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Farther than `far` at A: outside on the whole path.
+    // A block farther than `far` from the axis at A is outside on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
-    // The last part decides when next.
+    // The last part determines when blocks are due next.
     PathPass pass(way, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {

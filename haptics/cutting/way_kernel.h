@@ -1,11 +1,11 @@
-// After depth_kernel.h. Depths along the path.
+// Included after depth_kernel.h. Depths along a path.
 
-/// But unchanged samples (Straight::still_above) far outside.
+/// Depth, but far outside for samples that do not change (Straight::still_above).
 TYPODONT_INLINE Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
-/// NearestPiece with positions and normal.
+/// Distance from the nearest piece, with the vector from it and its normal.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -34,13 +34,13 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// At a corner, any between both normals.
+  /// Outward direction; at a corner, any direction between both normals.
   TYPODONT_INLINE void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// Of the depth, along a direction, T.
+  /// Derivative of the depth along a direction in frame T.
   TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
@@ -48,7 +48,7 @@ struct NearestWithNormal {
   }
 };
 
-/// `set`: a bit per piece.
+/// `set`: bit mask of the pieces.
 TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -59,16 +59,17 @@ TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// And above `least`. Backward from the end, depth is concave: fastest first, at most `growth` / `scale` in all.
+/// Returns true for samples that may have been deeper earlier, and then above `least`. Going back from the end, depth
+/// is concave, so it grows at most by `growth` / `scale` in total.
 TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// And a direction's component away from it, × rho, which saves a root.
+/// Distance from the nearest piece, and the component of a motion away from it, × rho, which saves a square root.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// × distance × rho
+  /// component × distance × rho
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -95,7 +96,7 @@ struct NearestOnWay {
   }
 };
 
-/// `set`: a bit per piece.
+/// `set`: bit mask of the pieces.
 TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -107,12 +108,12 @@ TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Largest n·w over pieces that hold the nearest points. `away`, `along`: w across and along the axis; `tip`: may be
-/// one.
+/// Largest n·w over the pieces that can be nearest. `away`, `along`: components of w across and along the axis; `tip`:
+/// the sample may be nearest to a tip.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // Normals turn from the first piece's to the last's, at a tip from straight down. Along one of them it is |w|,
-  // otherwise that of the first or last.
+  // The normals rotate from that of the first piece (straight down at a tip) to that of the last piece. If one is
+  // parallel to w, the result is |w|; otherwise it belongs to the first or last normal.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

@@ -10,24 +10,24 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-/// Positive: d behind a, b, c (counter-clockwise from the front).
+/// Six times the volume of a, b, c, d; positive if d is behind a, b, c (counter-clockwise seen from the front).
 double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// `s`, `e`: six volumes with `from` and `to`, of different signs.
+/// `s`, `e`: volume6() of the triangle with `from` and `to`; they have different signs.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m from a plane: in it
+  constexpr double kTouches = 1e-12;  // m from a plane; nearer points count as in it
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));
   if (std::abs(s) < in_plane || std::abs(e) < in_plane) return false;
   const double ab = volume6(from, to, a, b), bc = volume6(from, to, b, c), ca = volume6(from, to, c, a);
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }
 
-/// All corners clearly on one side of t's plane.
+/// Returns true if `from` is clearly on one side of t.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
-  // m, beyond which rounding cannot change the side
+  // m from the plane; beyond, rounding cannot change the side
   constexpr double kClear = 1e-10;
   const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
@@ -37,15 +37,15 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// m between boxes: certainly apart
+// m between boxes at which triangles are certainly apart
 constexpr double kApart = 1e-9;
 
-/// Corners of eight triangles, or one in all lanes.
+/// Corners of eight triangles, or of one in all lanes.
 struct Eight {
   D8 p[3][3];
 };
 
-/// Corner i of `from` with t, computed as volume6().
+/// volume6() of triangles t with corner i of `from`.
 TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   D8 a[3], b[3], c[3];
   for (int k = 0; k < 3; ++k) {
@@ -54,14 +54,14 @@ TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   v = a[0] * (b[1] * c[2] - c[1] * b[2]) + a[1] * (b[2] * c[0] - c[2] * b[0]) + a[2] * (b[0] * c[1] - c[0] * b[1]);
 }
 
-/// Lanes where an edge of `from` changes sides of t.
+/// Sets the lanes in which an edge of `from` changes from one side of t to the other.
 TYPODONT_INLINE void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
   D8 v[3];
   for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
 }
 
-/// Keeps those of `at` with an edge through t's plane, or reverse. Returns their number.
+/// Keeps the triangles in `at` with an edge through the plane of t, or the reverse. Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
   std::size_t kept = 0;
@@ -121,7 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // Each volume serves both edges at its corner.
+  // Each volume is used for both edges at its corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

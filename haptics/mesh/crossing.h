@@ -1,4 +1,4 @@
-// Do triangles cross? Touching does not count.
+// Tests whether triangles cross each other. Touching does not count.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics::mesh {
 
-/// Not necessarily a face of the mesh.
+/// Corners of a triangle, not necessarily of the mesh.
 struct Corners {
   Index v[3];
   dvec3 p[3];
@@ -21,13 +21,13 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
 }
 
-/// Ends excluded, interior of a, b, c.
+/// Returns true if the segment (without its ends) passes through the interior of the triangle a, b, c.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// Not by a common vertex; never with a common edge.
+/// Crossing at a common vertex does not count; triangles with a common edge never cross.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// Excludes triangles that cannot cross. Only the constructor allocates.
+/// A table of triangles that quickly excludes those that cannot cross. Only the constructor allocates.
 class TriangleTable {
  public:
   explicit TriangleTable(std::size_t room = 0) : entries_(room) {}
@@ -35,7 +35,7 @@ class TriangleTable {
   std::size_t room() const noexcept { return entries_.size(); }
   /// Stores the triangle i of the table.
   void set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
-  /// Drops from `at` those that certainly do not cross t, in order. Returns how many stay.
+  /// Removes from `at` the triangles that certainly do not cross t; the order remains. Returns how many remain.
   std::size_t keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept;
 
   struct Entry {
@@ -60,7 +60,7 @@ class BoxedTriangles {
   /// Corners of the box around all triangles, m.
   const dvec3& lo() const noexcept { return lo_; }
   const dvec3& hi() const noexcept { return hi_; }
-  /// Face g crosses one of them.
+  /// Returns true if face g crosses one of the triangles.
   bool crossed_by(const EditableMesh& mesh, Index g) const noexcept {
     const dvec3 &a = mesh.point(g, 0), &b = mesh.point(g, 1), &c = mesh.point(g, 2);
     const dvec3 lo = glm::min(glm::min(a, b), c), hi = glm::max(glm::max(a, b), c);
@@ -77,7 +77,7 @@ class BoxedTriangles {
  private:
   struct Boxed {
     dvec3 lo, hi;          // m, corners of the bounding box
-    glm::vec3 lo_f, hi_f;  // the same as floats
+    glm::vec3 lo_f, hi_f;  // bounding box as floats
     Corners t;
   };
   std::array<Boxed, EditableMesh::kMostAround> triangles_;
@@ -85,7 +85,7 @@ class BoxedTriangles {
   dvec3 lo_{std::numeric_limits<double>::max()}, hi_{std::numeric_limits<double>::lowest()};
 };
 
-/// Triangles near each other; faces with counts(face).
+/// Returns true if a face for which counts(face) is true crosses one of the triangles, which must be near each other.
 template <class Counts>
 bool crosses_any(const EditableMesh& mesh, const BoxedTriangles& triangles, Counts&& counts) {
   bool found = false;

@@ -12,7 +12,7 @@ namespace {
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  // lo to hi, as the face lists it
+  // true: the face lists the edge from lo to hi
   bool forward;
 };
 
@@ -48,7 +48,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// With neighbours; still vertices of `mesh`.
+/// Makes the faces with their neighbours; they still refer to vertices of `mesh`.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -78,7 +78,7 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Each fan of faces at a vertex of `mesh` gets its own.
+/// Each fan of faces around a vertex gets its own vertex.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
   const std::vector<Face> old = faces_;  // the faces, still with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
@@ -91,7 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // At a border in both directions.
+      // At a border, walks in both directions.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -157,7 +157,7 @@ TissueMesh EditableMesh::copy() const {
 // The grid of faces.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // of the coordinates, above a float's rounding
+  // relative to the coordinates; larger than a float's rounding error
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -174,7 +174,7 @@ EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
 }
 
 void EditableMesh::set_rough_normal(Index f) noexcept {
-  constexpr double kTiny2 = 1e-100;  // m⁴; such a small square may have lost digits (denormal numbers)
+  constexpr double kTiny2 = 1e-100;  // m⁴; smaller squares have lost digits (denormal numbers)
   const dvec3& a = point(f, 0);
   const dvec3 n = glm::cross(point(f, 1) - a, point(f, 2) - a);
   const double n2 = glm::dot(n, n);
@@ -217,7 +217,7 @@ void EditableMesh::place(Index f) noexcept {
   set_rough_normal(f);
 }
 
-// The following functions change vertices and faces, and record these changes.
+// Functions that change vertices and faces, and record it.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {
@@ -311,7 +311,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // Moved vertices may change a face's cell.
+  // Moved vertices may change the cell of a face.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -391,7 +391,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // Edge a–b at m, third corners c, d. After: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
+  // Splits edge a–b at m; third corners c, d. Afterwards f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -419,7 +419,7 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // Edge a–b becomes c–d. After: f: a, d, c; g: d, b, c.
+  // Edge a–b becomes c–d. Afterwards f: a, d, c; g: d, b, c.
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);
@@ -446,7 +446,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // At most two common neighbours, or the surface would touch itself.
+  // The ends may have only two common neighbours; otherwise the surface would touch itself.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -457,7 +457,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // A full circle: `gone` is not on the border.
+  // A full circle, because `gone` is not on a border.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
@@ -486,7 +486,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // Outer neighbours, with `kept` for `gone` already, become neighbours.
+  // The outer neighbours, which refer to `kept` instead of `gone` already, become neighbours of each other.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -1,8 +1,5 @@
-// A triangle mesh changed in place: split, flip, collapse, move. Knows neighbours, finds faces by a grid, records.
-//
-// Borders stay: no function removes their vertices or edges, and only the caller moves them.
-//
-// Equal calls give equal bits. Vertices and faces come from a fixed pool; allocation only where stated. m, W.
+// A triangle mesh that is changed in place (split, flip, collapse, move), with neighbours, a grid of faces and undo.
+// Open borders remain. Equal calls give equal bits. Allocates only where stated. Positions in m, frame W.
 #pragma once
 
 #include <algorithm>
@@ -22,16 +19,16 @@ inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
   dvec3 p{0};          // m, position in W
-  Index face = kNone;  // one of its faces; kNone: unused
-  Index flags = 0;     // kBorder, kMoved; unused: next unused vertex
+  Index face = kNone;  // one of its faces; kNone: the vertex is not used
+  Index flags = 0;     // kBorder, kMoved; of an unused vertex: the next unused one
   bool on_border() const { return flags & kBorder; }
   bool was_moved() const { return flags & kMoved; }
   static constexpr Index kBorder = 1, kMoved = 2;
 };
 
-/// Edge i: v[i] to v[(i+1)%3]; n[i]: the face beyond, or kNone.
+/// Edge i leads from v[i] to v[(i+1)%3]. n[i]: the face beyond it, or kNone.
 struct Face {
-  // Counter-clockwise from outside. Unused: v[0] kNone, v[1] the next unused.
+  // Counter-clockwise seen from outside. Unused face: v[0] is kNone, v[1] is the next unused face.
   Index v[3] = {kNone, kNone, kNone};
   Index n[3] = {kNone, kNone, kNone};
   Tissue tissue = Tissue::kAir;  // tissue below the face
@@ -47,10 +44,11 @@ struct MeshRecord {
 
 class EditableMesh {
  public:
-  static constexpr int kMostAround = 64;  // faces; more: edges cannot be collapsed
+  static constexpr int kMostAround = 64;  // faces around a vertex; with more, edges cannot collapse
   EditableMesh() = default;
-  /// `edge`: m, longest of the finest grid level; `spare`: vertices that can be added. Edges of more than two or
-  /// inconsistent faces become borders; groups that touch in a vertex get their own; degenerate triangles are left out.
+  /// `edge`: m, longest edge in the finest level of the grid; `spare`: vertices that can be added. Edges with more than
+  /// two or inconsistent faces become borders; fans that share a vertex are separated; degenerate triangles are
+  /// omitted.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);
@@ -58,7 +56,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Some indices are unused.
+  // Some indices are not used; see uses().
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -70,26 +68,27 @@ class EditableMesh {
   std::size_t vertex_room() const noexcept { return vertices_.size(); }
   std::size_t face_room() const noexcept { return faces_.size(); }
   std::size_t border_edges() const noexcept;
-  /// Returns the mesh as a TissueMesh, without unused vertices and faces.
+  /// Mesh as a TissueMesh, without unused vertices and faces.
   TissueMesh copy() const;
 
-  // kNone or false: impossible, nothing changed.
-  void move(Index v, const dvec3& p) noexcept;  // to p (m, W), sets kMoved
-  /// With its flag; `before`: vertex(v) before the move.
+  // The following functions return kNone or false, and change nothing, if the change is impossible.
+  void move(Index v, const dvec3& p) noexcept;  // moves v to p (m, frame W), and sets kMoved
+  /// Restores position and flag. `before`: vertex(v) before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// After move(): settle() the vertex, or settle_face() each face around it.
+  /// Call after move(): settle() for the vertex, or settle_face() for each face around it.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// At p. New vertex, or kNone: border, or none left.
+  /// Splits edge i of face f at p. Returns the new vertex; kNone: the edge is on a border, or there is no free vertex.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// The other diagonal of both faces; false: border, or already an edge.
+  /// Replaces edge i by the other diagonal of both faces. Returns false at a border, or if that edge exists already.
   bool flip(Index f, int i) noexcept;
-  /// Removes the first end, or with `keeps_first` the second. False: on the border, or the surface would touch itself.
+  /// Collapses edge i: removes its first end, or with `keeps_first` its second. Returns false at a border, or if the
+  /// surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// fn(face, corner at v); counter-clockwise unless on a border.
+  /// Calls fn(face, corner at v) for the faces around v, counter-clockwise unless v is on a border.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -112,7 +111,7 @@ class EditableMesh {
     const Face& face = faces_[f];
     return face.v[0] == v ? 0 : face.v[1] == v ? 1 : 2;
   }
-  /// From v, with g beyond.
+  /// Edge of f that begins at v, with face g beyond.
   int edge_to(Index f, Index g, Index v) const noexcept {
     const Face& face = faces_[f];
     for (int i = 0; i < 2; ++i) {
@@ -121,7 +120,7 @@ class EditableMesh {
     return 2;
   }
 
-  /// May be interrupted and continued.
+  /// A search for near faces that can be continued later.
   struct NearSearch {
     dvec3 lo_W, hi_W;          // m, corners of the box
     int level = 0;             // level of the grid at which the search continues
@@ -129,14 +128,15 @@ class EditableMesh {
     glm::ivec3 cell{0};        // next cell of the level
     Index face = 0;            // next face, if the search tests all faces of the mesh
   };
-  /// fn(face) once per face in the box, and some near it.
+  /// Calls fn(face) once for each face in the box, and for some faces near it.
   template <class Fn>
   void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
     NearSearch search{lo_W, hi_W};
     std::int64_t left = std::numeric_limits<std::int64_t>::max();
     near_in_part(search, left, fn);
   }
-  /// Until complete or `left` (cells and faces) is used up. True: complete. No change of the mesh before.
+  /// Continues a search until it is complete or `left` (cells and faces) is used up. Returns true if complete. The mesh
+  /// must not change meanwhile.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);
@@ -171,33 +171,34 @@ class EditableMesh {
     }
     return true;
   }
-  /// false: its enclosing ball is outside, so near() skips it.
+  /// Returns false if the face's enclosing ball is outside the box, so that near() skips the face.
   bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
-  /// Centre of a ball that encloses a face, in m.
+  /// Centre of the ball that encloses a face, m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
-  /// In steps of 1/127: dot products within kRoughNormalError. Zero: almost no area. Cheaper than from corners.
+  /// Approximate normal in steps of 1/127; dot products have an error of at most kRoughNormalError. Zero: almost no
+  /// area. Faster than computing it from the corners.
   glm::vec3 rough_normal(Index f) const noexcept {
     const RoughNormal& n = rough_normals_[f];
     return glm::vec3(n[0], n[1], n[2]) * (1.0f / 127);
   }
   static constexpr float kRoughNormalError = 0.01f;
 
-  // Stores before the first change; null ends. Allocates in `record`.
+  // Begins to store vertices and faces before their first change; null ends this. Allocates in `record`.
   void record(MeshRecord* record);
-  /// Undoes, and the next call repeats.
+  /// Undoes the recorded changes; the next call repeats them.
   void exchange(MeshRecord& record);
-  /// Also removed ones. Allocates.
+  /// Begins to list changed faces, also removed ones. Allocates.
   void list_changes();
-  /// Since the last call, once each.
+  /// Returns each face changed since the last call once.
   void take_changes(std::vector<Index>& faces);
 
-  /// FNV-1a of points, faces and tissues in use, in order.
+  /// FNV-1a hash of points, faces and tissues in use.
   std::uint64_t hash() const noexcept;
 
  private:
-  /// Prefetches the lists of several cells along z, `at` to `last`, in turn, so that linked reads overlap. Returns the
-  /// first z not read.
+  /// Prefetches the lists of several cells along z, from `at` to `last`, so that linked reads overlap. Returns the
+  /// first z that was not read.
   int fetch_cells(int level, const glm::ivec3& at, int last) const noexcept {
     constexpr int kCells = 8;
     Index next[kCells];
@@ -218,7 +219,7 @@ class EditableMesh {
 
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // cell edge / longest edge of the level's faces
+  // cell's edge / longest edge of the level's faces
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
@@ -238,9 +239,9 @@ class EditableMesh {
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
     return static_cast<std::uint64_t>(level) << kLevelShift | bits(cell.x) << 40 | bits(cell.y) << 20 | bits(cell.z);
   }
-  /// Neighbours along z share cache lines.
+  /// Neighbouring cells along z share cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // One product would collide on a regular grid.
+    // A single product would give collisions on a regular grid.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -271,14 +272,14 @@ class EditableMesh {
   std::vector<Index> heads_;  // for each bucket of the hash table: its first face
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
-  double size_[kLevels] = {};  // m, longest edge per level
+  double size_[kLevels] = {};  // m, longest edge in each level
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // Not copied: they belong to one recording.
+  // Not copied, because these belong to one recording.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // last recording that stored it
+  // for each vertex and face: last recording that stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

@@ -12,10 +12,10 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// m, error of floats within a centimetre
+// m, rounding error of floats within a centimetre
 constexpr double kRounding = 1e-8;
 
-/// Squared distance at most `square`; indices to `at`.
+/// Writes to `at` the indices of squared distances up to `square`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
@@ -31,12 +31,12 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Unused lanes of the last batch.
+  // Removes unused lanes of the last batch.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
 
-/// At most `far`; indices to `at`.
+/// Writes to `at` the indices of distances up to `far`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_at_most(const float* distance, std::size_t count, float far, std::uint32_t* at) {
   std::size_t found = 0;

@@ -1,4 +1,4 @@
-// Points near a head, searched by distance.
+// Points near a head, with a fast search by distance.
 #pragma once
 
 #include <cstddef>
@@ -10,23 +10,24 @@
 
 namespace typodont::haptics::mesh {
 
-/// Doubles, and floats tested eight at a time. Servo thread; allocates only at construction. Equal bits on every
-/// processor.
+/// Points as doubles, and as floats that are tested eight at a time. Servo thread only; allocates only at construction.
+/// Same bits on every processor.
 class NearPoints {
  public:
-  /// `most` is the largest number of points.
+  /// `most`: largest number of points.
   explicit NearPoints(std::size_t most);
 
-  /// `head_W`: all points will be near it.
+  /// Removes all points. `head_W`: head's pose, near the next points.
   void clear(const Pose& head_W) noexcept;
-  /// m, W; false: full.
+  /// Adds a point (m, frame W); returns false if full.
   bool add(const dvec3& p_W) noexcept;
-  /// `distance`: m from the head at listed_at(); false: full.
+  /// Adds a point with its `distance` (m) from the head at listed_at(). Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;
-  /// Removes from `first` on, except `kept` (ascending) with their `distances` (m) at listed_at().
+  /// Removes the points from index `first` on, except those in `kept` (ascending), which get the `distances` (m) at
+  /// listed_at().
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
-  /// Increased by clear().
+  /// Number of the list; clear() increases it.
   std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }
@@ -34,9 +35,9 @@ class NearPoints {
   const dvec3& operator[](std::size_t i) const noexcept { return points_[i]; }
   const Pose& listed_at() const noexcept { return listed_at_; }
 
-  /// Within `reach` (m) of p, ascending, and some just beyond. Valid until the next call.
+  /// Points within `reach` (m) of p, ascending, and some slightly farther away. Valid until the next call.
   std::span<const std::uint32_t> within(const dvec3& p_W, double reach) noexcept;
-  /// Stored at most `far` (m), or not stored; ascending. Valid until the next call.
+  /// Points whose stored distance is at most `far` (m) or not known, ascending. Valid until the next call.
   std::span<const std::uint32_t> listed_within(double far) noexcept;
 
  private:
@@ -44,9 +45,9 @@ class NearPoints {
   std::uint64_t number_ = 0;
   Pose listed_at_;
   std::vector<dvec3> points_;  // m, in W
-  // m from listed_at_; longer than `points_`: the last batch is read whole
+  // m, relative to listed_at_; longer than `points_`, because the last batch is read completely
   std::vector<float> x_, y_, z_;
-  // m at listed_at_; very negative: unknown
+  // m from the head at listed_at_; very negative: unknown
   std::vector<float> distance_;
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };

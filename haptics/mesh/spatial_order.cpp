@@ -8,7 +8,7 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kBits = 21;  // number of bits per coordinate in a key of 64 bits
+constexpr int kBits = 21;  // bits per coordinate in a key of 64 bits
 
 /// Inserts two zero bits after each bit of v.
 std::uint64_t spread_bits(std::uint64_t v) {

@@ -10,14 +10,14 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::uint32_t kNoPiece = 0xffffffff;
-constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; further faces are ignored
+constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; more are ignored
 
-/// Twice the area long.
+/// Normal whose length is twice the area of the face.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// m, cubic cells with about the wanted number of faces.
+/// Edge of a cell in m, so that a cell contains about the wanted number of faces.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -63,7 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// After f was added, changed or removed.
+/// Updates the piece of f after adding, changing or removing.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -81,7 +81,7 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // All pieces at its vertices: normals and tissues change there.
+  // Marks all pieces at the vertices of changed faces, because normals and tissues change there.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });
@@ -97,7 +97,7 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// Creases divide the faces around v into groups of one normal.
+/// Divides the faces around v into groups between creases; each group has one normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;
@@ -122,14 +122,14 @@ void SurfacePieces::look_around(Index v) {
     return i;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    // Next counter-clockwise, across the edge that ends in v.
+    // Next face counter-clockwise, across the edge ending in v.
     const Index next = mesh_.face(ring[i].face).n[(ring[i].corner + 2) % 3];
     if (next == kNone) continue;
     std::size_t k = 0;
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // No area: smooth.
+    // A face without area counts as smooth.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -152,7 +152,7 @@ void SurfacePieces::look_around(Index v) {
 SurfacePiece SurfacePieces::make(Piece& piece) {
   const auto number = static_cast<std::uint32_t>(&piece - pieces_.data());
   std::erase_if(piece.faces, [&](Index f) { return piece_of_[f] != number; });
-  // Independent of the order of adding.
+  // Sorted, so that the piece does not depend on the order in which faces were added.
   std::ranges::sort(piece.faces);
   piece.faces.erase(std::unique(piece.faces.begin(), piece.faces.end()), piece.faces.end());
   SurfacePiece made;
@@ -164,7 +164,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Faces of each tissue per corner, interpolated; the border is where two are equal.
+    // Number of faces of each tissue at each corner, interpolated; the border is where two are equal.
     std::array<std::array<float, kTissueCount>, 3> fractions{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

@@ -1,4 +1,4 @@
-// Pieces of a mesh for pictures; only changed ones are made again.
+// Divides a mesh into pieces for rendering; remakes changed ones.
 #pragma once
 
 #include <unordered_map>
@@ -12,21 +12,19 @@ namespace typodont::haptics::mesh {
 
 struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
-  // m, cell edge, against too many pieces
+  // m, smallest edge of a cell; smaller: too many pieces
   double least = 1.5e-3;
-  // m, cell edge, against much work after a small cut
+  // m, largest edge of a cell; larger: cuts cost more
   double most = 3e-3;
-  // cos 40°, sharp beyond
+  // cos 40°; a larger angle makes a crease
   double crease_cosine = 0.76604;
 };
 
-/// Carver thread; mesh and volume outlive it.
-///
-/// Corner normal: mean over faces reached without crossing a crease, weighted by sin(angle) / (product of its edges)
-/// (Max 1999, doi 10.1080/10867651.1999.10487501: exact on a sphere).
+/// Carver thread only; mesh and volume must outlive it. A corner's normal is the mean over faces up to the next crease,
+/// weighted by sin(angle) / product of the edges (Max 1999, doi 10.1080/10867651.1999.10487501).
 class SurfacePieces final : public TissueSurface {
  public:
-  /// `labels`: for labels(), and origin of the corners. The mesh lists changes from now on.
+  /// `labels`: result of labels(), and origin of the corners. From now on, the mesh lists its changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
@@ -43,20 +41,20 @@ class SurfacePieces final : public TissueSurface {
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// Differs between faces at one vertex.
+  /// Normal of a face at a vertex; it differs between the faces around the vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
   };
   /// Data of a vertex while a piece is generated.
   struct Local {
-    // valid if equal to stamp_
+    // the data are valid if it equals stamp_
     std::uint32_t stamp = 0;
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
-    // newest corner here; older ones by Copy::older
+    // newest corner of this vertex; older ones follow by Copy::older
     std::uint32_t copy = 0;
   };
-  /// `older`: made before at the same vertex.
+  /// `older`: corner that was made before at the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -79,7 +77,7 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // pieces made; validates locals_
+  // number of pieces made; shows which locals_ are valid
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;

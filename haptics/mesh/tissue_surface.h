@@ -20,7 +20,7 @@ struct SurfaceCorner {
   float second = 0;
 };
 
-/// The faces whose centroids lie in one cell of a spatial grid.
+/// Faces whose centroids lie in one grid cell.
 struct SurfacePiece {
   glm::ivec3 cell{0};
   std::vector<SurfaceCorner> corners;
@@ -34,12 +34,12 @@ class TissueSurface {
 
   /// Returns true if the surface has an open border, so that its inner side can be visible.
   virtual bool open() const = 0;
-  /// Returns all pieces in the first call. Later calls return the pieces whose faces, normals or tissues have changed
-  /// since the last call. A piece depends only on the present mesh, not on its history.
+  /// Returns all pieces in the first call, and later those that have changed since the last call. A piece depends only
+  /// on the current mesh, not on its history.
   virtual std::vector<SurfacePiece> take_changed() = 0;
-  /// Returns the whole surface as one mesh.
+  /// Whole surface as one mesh.
   virtual TissueMesh mesh() const = 0;
-  /// Returns a volume with the labels below the surface. Its distances may be out of date.
+  /// Volume with the labels below the surface. Its distances may be out of date.
   virtual const TissueVolume& labels() const = 0;
 };
 

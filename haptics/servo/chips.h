@@ -11,9 +11,9 @@
 namespace typodont::haptics {
 
 struct ChipParameters {
-  // s, of the feed per turn
+  // s, time constant of the filter for the feed per turn
   static constexpr double time = 0.03;
-  // h / EdgeLaw::chip; thinner and thicker chips were not measured
+  // Range of h / EdgeLaw::chip that was measured.
   static constexpr double min_range = 0.04, max_range = 10;
   // distance between grains / their size: a quarter of the surface carries grains
   static constexpr double grain_distance = 2;
@@ -24,7 +24,7 @@ struct ChipParameters {
   static constexpr double chip_space = 3.1e-3, most_full = 1.2;
 };
 
-/// h, m, for a `feed` (m per turn): of N blades feed / N, of grains at the distance a on the radius r
+/// Thickness h in m, for a `feed` (m per turn): of N blades feed / N, of grains at the distance a on the radius r
 /// a √(feed / (2π r b)), b = chip_width.
 inline double chip_thickness(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
@@ -32,7 +32,7 @@ inline double chip_thickness(const Tool& tool, double feed) noexcept {
   return P::grain_distance * tool.grit * std::sqrt(std::max(feed, 0.0) / (2 * kPi * tool.radius() * P::chip_width));
 }
 
-/// u / specific energy.
+/// Energy per removed volume / specific energy of the material.
 inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   if (law.exponent == 0) return law.energy_ratio;
   using P = ChipParameters;

@@ -1,4 +1,4 @@
-// Force of the contact: coupling, damper, friction, cutting edges, sinking tip, vibration. Servo thread.
+// Contact force: coupling, damper, friction, cutting edges, sinking tip, vibration. Servo thread only.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,8 @@ namespace typodont::haptics {
 
 using P = CouplingParameters;
 
-/// Means under the head, and the most frequent tissue, the first of equals; fraction 0 is skipped.
+/// Means over the tissues under the head, and the most frequent tissue (the first of equal ones). Tissues with fraction
+/// 0 are skipped.
 Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
   TissueMeans mean;
   double total = 0, most = 0;
@@ -80,7 +81,7 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   fade_teeth(now);
 }
 
-/// Spring and damper from proxy to hand.
+/// Computes spring and damper between proxy and hand.
 void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -98,7 +99,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes along its normal; the moments turn the tool.
+  // Each contact pushes along its normal; moments rotate the tool.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
@@ -118,7 +119,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     cutting.feed += (2 * kPi * advance / speed - cutting.feed) * (1 - std::exp(-now.dt / ChipParameters::time));
   }
   dvec3 sideways(0);
-  // Not for a rotating bur: it always slips, and its edges' force is the tangential one.
+  // No friction for a rotating bur: it always slips, and its edges give the tangential force.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -127,7 +128,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The distribution over contacts may jump from tick to tick: the torque is smoothed.
+    // The distribution over several contacts may jump from tick to tick, so the torque is filtered.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -141,7 +142,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// By its own springs and dampers instead of the coupling.
+/// Uses the force of the method's own springs and dampers instead of the coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -167,20 +168,20 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// N that new stiffness and damper may still add. P::waiting_slew (N/s) limits all changes of the normal force; the
-/// spring's at `depth` (m) come first.
+/// Change in N that new stiffness and damper may still cause in this tick. P::waiting_slew (N/s) limits the total
+/// change of the normal force; the change by `depth` (m) comes first.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Factor on the coupling's stiffness, smoothly towards `wanted`, the tissue's stiffness / 1 N/mm.
+/// Factor on the coupling's stiffness, which follows `wanted` (the tissue's stiffness / 1 N/mm) smoothly.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
-  // Deep, a small change of stiffness is a large one of force, and a rise stores energy that the hand did not give: at
-  // most `most` per tick.
+  // At large depth, a small change of stiffness changes the force much, and an increase stores energy that the hand did
+  // not supply. So the change per tick is at most `most`.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -189,13 +190,14 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
   return stiffness = next;
 }
 
-/// N, coupling and damper. `push`: N, coupling alone. The damper acts along the normal: sliding is not damped.
+/// Force of coupling and damper, N. `push`: N, coupling alone. The damper acts along the normal only, so sliding is not
+/// damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // for a quantised position
+  VelocityEstimate sinking;  // used for a quantised position
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
-  // Cut or filled surfaces are rough: the proxy moves by voxels.
+  // Surfaces of cuts and fillings are rough: the proxy moves in steps of voxels.
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
@@ -208,7 +210,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// The tissue pushes the edges against their motion; zero at the pole, where they rest.
+/// Force of the tissue on the edges, against their motion; zero at the pole, where they do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -221,11 +223,11 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// The edges' force after contact, which the slew limit may leave, ends gradually; at once without a snapshot.
+/// After contact, reduces a remaining force of the edges gradually; at once if there is no snapshot.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  // N, left after this tick
+  // N, force that remains after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
@@ -235,7 +237,8 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// The edges never give more than the spindle's work, if the hand's velocity changes as abruptly as it did recently.
+/// Limits the edges' force so that they never give more than the spindle's work, even if the hand's velocity changes as
+/// abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
@@ -291,7 +294,7 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// From the contact that also makes the sound. The ledger counts the motor's energy as the spindle's. A period has at
+/// Vibration by the contact that also makes the sound. The ledger counts its energy as the spindle's. A period has at
 /// least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;

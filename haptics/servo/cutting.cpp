@@ -1,4 +1,4 @@
-// Power at the edges, from force and speed; its energy per tick / specific energy is the volume that may go.
+// Power at the edges, from force and speed. Its energy per tick / specific energy is the volume that may be removed.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && !motion.inside && (in.scrapes || cutting.speed > 0);
-  // In registers: a stored value would have to be waited for.
+  // Local variables stay in registers; a stored value would have to be read back.
   SpindleLoad spindle{cutting.speed, 0};
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
@@ -22,14 +22,14 @@ void Servo::State::earn(ContactTick& now) noexcept {
   cutting.energy_ratio = now.energy_ratio;
   cutting.budget *= worth;
   cutting.wall_budget *= worth;
-  // W / energy_ratio, so that models need only the material's own energy.
+  // Power in W / energy_ratio, so that models need only the material's own specific energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
-    // A drawn edge cuts with the hand's work: force × displacement along the surface.
+    // An edge that the hand draws cuts with the hand's work: force × displacement along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt / now.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
-    // Tangential force μ_c F_n (Preston, Archard), limited by the motor's torque.
+    // Tangential force μ_c F_n (Preston, Archard), limited by the motor.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     now.tangential = edges.force_ratio * efficiency;
@@ -42,18 +42,18 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // Of a bur that started in tissue: in large debt it could not cut for long.
+    // Limits the debt of a bur that started in tissue; with a large debt, it could not cut for a long time.
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // Without contact stored energy is lost; with the shank's only, the head keeps it.
+    // Without contact, stored energy is lost. If only the shank has contact, the head keeps it.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // A drawn edge gets little energy. If it removed more, it waits until the hand's work has paid.
+  // A drawn edge receives little energy. If it has removed too much, it waits until the hand's work has paid for it.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

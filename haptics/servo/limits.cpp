@@ -1,4 +1,4 @@
-// Device limits, ramps, and passivity controller with energy ledger. Servo thread.
+// Limits of the device, ramps, and the passivity controller with its energy ledger. Servo thread only.
 #include <algorithm>
 #include <cmath>
 
@@ -16,20 +16,19 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// N of `change` (N, above the slew limit) that wait for later ticks. What the hand's own displacement changes does not
-/// wait in retreat, and at most lag_limit of it in advance: a late force is too small going in, too large coming out,
-/// and both take energy from the ledger.
+/// Part of `change` (N, above the slew limit) that waits for later ticks. Of the change by the hand's own displacement,
+/// nothing waits in retreat, and at most lag_limit in advance, because a late force costs energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // Retreat: only the change above both drilling_slew and the displacement's waits.
+    // Retreat: only the change above both drilling_slew and the change by the displacement waits.
     return std::min(over, beyond);
   }
-  // Advance: in an implant bed the force falls at a perforation. Only lag_limit waits, so that the breakthrough is felt
-  // at once.
+  // Advance: when a drill perforates the end of an implant bed, the force falls. Only lag_limit waits, so that the
+  // breakthrough is felt at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -39,7 +38,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // After a fall from a rim or through soft tissue, limits the change at the next contact; without the vibration, which
+  // Limits the change at the next contact, after a fall from a rim or through soft tissue. Not the vibration, which
   // should be felt.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
@@ -49,7 +48,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
   }
   const bool stopped = now.hand.faults & bits(Fault::kHeld);
-  if (!now.touching() && !l.ending) l.ramp = 1;  // no force left to ramp
+  if (!now.touching() && !l.ending) l.ramp = 1;  // no force that a ramp could change
   if (l.ending || l.ramp < 1) {
     l.ramp = std::clamp(l.ramp + (l.ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   }
@@ -78,16 +77,15 @@ void Servo::State::limit(ContactTick& now) noexcept {
     now.teeth_force *= fraction;
     now.torque *= fraction;
   }
-  // The spindle's torque gets what the tissue's leaves of the limit.
+  // The spindle's torque may use what the tissue's torque leaves of the limit.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
   }
 }
 
-/// If the ledger holds far less than the coupling stores (fast first contact, start in tissue), the hand would bounce:
-/// passive_fraction() removes the force in retreat and restores it in advance. From the first retreat, the force is at
-/// most a spring's that stores the ledger's energy, so both empty together. Returns the fraction that stays.
+/// Fraction of the force if the ledger has far less energy than the coupling stores (fast first contact, start in
+/// tissue). From the first retreat on, the force is that of a spring which stores the ledger's energy.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (!(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -100,22 +98,22 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// Factor 0..1 so that energy E suffices for the whole retreat. `at_stake`: J that the full force may give in the next
-/// tick. (1) At most √(2 k E) for stiffness k; (2) passive_fraction() allows E / a, a = Δ × PassivityLaw::margin, for
-/// retreat Δ. Together, smooth: √(2 k E - k² a²) for E > k a², E / a below.
+/// Returns the factor 0..1 for the force so that the energy E is enough for the whole retreat Δ: √(2 k E - k² a²) for E
+/// > k a², otherwise E / a, with a = Δ × PassivityLaw::margin. `at_stake`: J of the full force in the next tick.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
   if (!(strength > 0)) return 1;
   const double k = settings.stiffness * std::max(coupling.relative_stiffness, now.contact.side_stiffness);
   const double paid = std::max(sums.energy + l.given, 0.0), slew = P::drilling_slew * now.dt;
-  const double retreat = glm::dot(now.force, now.moved) / strength;  // m
-  double most = 0;                                                   // N
+  const double retreat = glm::dot(now.force, now.moved) / strength;  // m, retreat of the hand in this tick
+  double most = 0;                                                   // N, largest allowed force
   if (retreat > 0) {
-    // As fast as it advanced.
+    // The retreat may be as fast as the advance was.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // The coupling stores more than the ledger: a rise in retreat would overdraw it, and is limited.
+    // The coupling stores more energy than the ledger has: an increase during retreat would overdraw it, so it is
+    // limited.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }
@@ -123,14 +121,13 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // Down to `most` by the larger of slew limit and the hand's own change.
+  // Reduces the force to `most`, at the slew limit or as fast as the hand's own motion changes it.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// The felt force presses the edges. If the hand felt little of the coupling's for rest_time, as after a jump into
-/// tissue, the fraction rises to 1: otherwise a resting hand would not cut, give no energy, and the force would stay
-/// small.
+/// The felt force presses the edges. If it has been little for rest_time, as after a jump into tissue, the fraction
+/// increases to 1; otherwise a resting hand would not cut, and the force would remain small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;
@@ -145,17 +142,17 @@ void Servo::State::press_teeth(const ContactTick& now) noexcept {
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
-  // Stored energy may rise without work, by a jump of the input or while the proxy leads a tool out. It is allowed
-  // while contact lasts; later rises must be paid.
+  // Stored energy may rise without work of the hand: by a jump of the input, or while the proxy is moved out of tissue.
+  // This energy is allowed during the contact; later increases must be paid.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // A debt after contact would allow no force at the next one: it is cancelled.
+  // After contact, a debt is cancelled, because it would allow no force at the next contact.
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
   l.stored = now.stored;
-  // No torque, no resistance to rotation: not in the ledger.
+  // Without torque, rotation has no resistance, so it is not in the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
     const double at_stake =

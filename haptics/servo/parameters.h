@@ -1,4 +1,4 @@
-// Of the servo tick's steps, each with unit and reason. Contact methods have theirs in their folders.
+// Parameters of the steps of a servo tick, with unit and reason. Those of the contact methods are in their folders.
 #pragma once
 
 #include <cstdint>
@@ -7,86 +7,88 @@
 
 namespace typodont::haptics {
 
-/// Of the hand, per tick (servo.cpp).
+/// Checks of the hand's motion in each tick (servo.cpp).
 struct MotionParameters {
-  // m/s; faster is a jump
+  // m/s; a faster motion counts as a jump
   static constexpr double hand_speed_limit = 2.0;
-  static constexpr double leap_time = 0.05;  // s, for the proxy to follow a jump
-  // m from the hand after an interruption; farther, the proxy restarts there
+  static constexpr double leap_time = 0.05;  // s, time in which the proxy follows a jump
+  // m between proxy and hand after an interruption; farther away, the proxy starts again at the hand
   static constexpr double lost_distance = 0.02;
-  // m from W's origin; farther is illegal
+  // m from W's origin; farther away, a pose is illegal
   static constexpr double workspace = 100;
-  // s; longer is a jump of the clock: nominal tick
+  // s; a longer tick is a jump of the clock, and the nominal tick is used instead
   static constexpr double longest_tick = 0.1;
-  // s overdue, from which a snapshot's lateness is a fault
+  // s a snapshot may be overdue before it is a fault
   static constexpr double stale_time = 0.02;
 };
 
-/// Energy that a bur earns and spends (cutting.cpp).
+/// Energy that a bur receives and spends (cutting.cpp).
 struct CuttingParameters {
-  // s; a pressing bur saves motor energy for a voxel, up to present power times this; without contact nothing
+  // s; a bur that presses saves energy for the next voxel, up to its current power × this time
   static constexpr double budget_time = 0.5;
-  // s; instead of budget_time at a border to harder tissue, or for a drawn edge
+  // s; replaces budget_time at a border to harder tissue, and for an edge that the hand draws
   static constexpr double held_time = 0.05;
-  // m³ that a bur may remove on credit when it breaks in
+  // m³ that a bur may remove on credit when entering tissue
   static constexpr double owed_volume = 8e-12;
-  // voxels, at least, of owed_volume: above 0.1 mm, 8e-12 m³ would be less than eight
+  // smallest owed_volume in voxels: with voxels above 0.1 mm, 8e-12 m³ would be less than eight
   static constexpr double owed_voxels = 8;
 };
 
 /// Parameters of the contact's force and torque (coupling.cpp).
 struct CouplingParameters {
-  // s, of felt stiffness and torque
+  // s, time constant of the felt stiffness and torque
   static constexpr double stiffness_time = 4e-3;
-  // s, damper's velocity when a tool cuts or fills
+  // s, filter of the damper's velocity when cutting or filling
   static constexpr double cut_damping_time = 4e-3;
-  static constexpr double tissue_slew = 4;  // N/s, by a change of tissue
-  static constexpr double damper_slew = 4;  // N/s, damper when cutting or filling
-  static constexpr double teeth_slew = 4;   // N/s, edges' tangential force
-  // N/s, normal force in all: depth first, then stiffness and damper
+  static constexpr double tissue_slew = 4;  // N/s, rate of the force when the tissue changes
+  static constexpr double damper_slew = 4;  // N/s, rate of the damper's force when cutting or filling
+  static constexpr double teeth_slew = 4;   // N/s, rate of the tangential force of the edges
+  // N/s, rate of the total normal force: changes of depth come first, then stiffness and damper
   static constexpr double waiting_slew = 16;
-  // N/s, in all: the rest first, then the edges' force
+  // N/s, rate of the total force: the other parts come first, then the force of the edges
   static constexpr double total_slew = 18;
-  // J that the coupling may always store when tissue stiffens
+  // J that the coupling may store when tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
-  // Ticks for which the spindle's unused work must cover the edges' force, or it is reduced.
+  // The unused work of the spindle must cover the edges' force for this number of ticks; otherwise the force is
+  // reduced.
   static constexpr double teeth_ahead = 50;
 };
 
 /// Parameters that limit the force (limits.cpp).
 struct LimitParameters {
-  // N/s while a bur cuts, with the hand's motion
+  // N/s, rate of the force of a cutting bur, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  // N that drilling_slew may hold back of the hand's own change (held_back in limits.cpp)
+  // N; of the change by the hand's own motion, drilling_slew may delay at most this (held_back in limits.cpp)
   static constexpr double lag_limit = 0.05;
-  // J, below which a debt is rounding
+  // J; a smaller debt counts as rounding error
   static constexpr double debt = 2e-9;
-  // N, always allowed
+  // N, force that is always allowed
   static constexpr double unpaid_force = 0.1;
-  // Coupling's force / payable force, from which the ledger limits.
+  // Force of the coupling / force that the ledger can pay, above which the ledger limits the force.
   static constexpr double unpaid_ratio = 2;
-  // Felt / full coupling force; below it for rest_time, the edges' force rises from the felt to the full one.
+  // Felt force / full force of the coupling. If it is lower for rest_time, the edges' force increases from the felt to
+  // the full force.
   static constexpr double little_felt = 0.5;
-  // s below little_felt until the edges' force begins to rise; the rise takes as long again.
+  // s below little_felt until the edges' force begins to increase; the increase takes the same time.
   static constexpr double rest_time = 0.1;
-  // Factor on k x (stiffness, retreat), taken off the allowed rise, because the proxy moves too.
+  // Factor on k x (stiffness × retreat) that is subtracted from the allowed increase, because the proxy moves too.
   static constexpr double retreat_weight = 3;
-  // Force change / that of the hand's displacement in the spring; more is a step. (Documents and tests: 1.1,
-  // docs/passivity.md.)
+  // Change of the force / change by the hand's displacement in the spring, above which it counts as a step. Documents
+  // and tests use 1.1 (docs/passivity.md).
   static constexpr double spring_tolerance = 1.09;
 };
 
-/// For scenes of different sizes (law_for in servo.cpp).
+/// Adapts the law of passivity to scenes of different sizes (law_for in servo.cpp).
 struct ScaleParameters {
-  // N/m, at tooth size, for which `credit` and `turning` hold
+  // N/m, stiffness of a tooth scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
-  static constexpr double credit = 1e-10;  // J of debt, at tooth size
-  static constexpr double turning = 1.2;   // m/s², of an unknown hand
+  static constexpr double credit = 1e-10;  // J, allowed debt in a tooth scene
+  static constexpr double turning = 1.2;   // m/s², acceleration of an unknown hand in a tooth scene
 };
 
-/// W.
+/// Returns true if the point is in the workspace (W).
 inline bool in_workspace(const dvec3& p_W) noexcept {
-  // false for NaN
+  // The comparison is false for NaN.
   return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;
 }
 

@@ -7,10 +7,10 @@
 namespace typodont::haptics {
 namespace {
 
-/// Voxels to the piece (`piece`) or to what remains; far samples stay very large. From samples just below the surface,
-/// each passing its nearest start to neighbours (Danielsson 1980).
+/// Distances to the piece (`piece`) or to the remaining tissue, voxels; far samples keep a very large value. Starts at
+/// samples just below the surface, and passes the nearest start from neighbour to neighbour (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  // voxels below the surface, of start samples
+  // voxels below the surface within which samples are start samples
   constexpr float kShell = 2;
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
@@ -42,7 +42,7 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels: largest stored afterwards; how much farther the piece may be and still count as nearest
+  // voxels: largest new distance; margin by which the piece may be farther away and still count as nearest
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -1,4 +1,4 @@
-// The field after a loose piece is removed.
+// Computes the distance field after a loose piece was removed.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace typodont::haptics {
 
-/// voxels from the piece, within which air may change
+/// voxels from the piece within which air samples may change
 inline constexpr int kPieceMargin = 4;
 
-/// z fastest: (x·size.y + y)·size.z + z.
+/// Samples of a box; z is the fastest index: (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
   std::vector<float> distance;      // voxels, distance of each sample
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// Voxels. The piece, and air nearest to it, get the distance to what remains; the rest keeps its bits. Nothing gets
-/// smaller.
+/// New distances, voxels. Samples of the piece, and air nearest to it, get the distance to the remaining tissue; all
+/// others keep their bits. No distance becomes smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -19,8 +19,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'F', 'L', 'A', 'T'};
-constexpr int kFarthest = 1 << 24;        // voxels, of a block in a file
-constexpr std::size_t kLongestName = 64;  // bytes, of a grid's name
+constexpr int kFarthest = 1 << 24;        // voxels, largest coordinate of a block in a file
+constexpr std::size_t kLongestName = 64;  // bytes, longest name of a grid
 
 class Writer {
  public:
@@ -68,7 +68,7 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Fails if the file is too short for so many of `size` bytes.
+  /// Reads a count. Fails if the rest of the file is too short for that many elements of `size` bytes.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();
@@ -93,7 +93,7 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Background, tiles that differ, largest first, then blocks of 8³.
+/// Writes the background value, the tiles that differ from it (largest first), and then the blocks of 8³.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;
@@ -160,7 +160,7 @@ typename Grid::Ptr read_grid(Reader& in) {
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names) {
   openvdb::initialize();
   openvdb::io::File vdb(file.string());
-  vdb.setCopyMaxBytes(0);  // all now, so that a truncated file fails here
+  vdb.setCopyMaxBytes(0);  // reads everything now, so that a truncated file fails here
   vdb.open(false);
   FlatGrids result;
   for (const std::string& name : names) {

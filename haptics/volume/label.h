@@ -1,4 +1,5 @@
-// A voxel's tissue in one byte; filled, also its label before, so that a cavity gets its labels back.
+// The tissue of a voxel in one byte. A filled voxel also stores its label before the filling, so that a cavity gets its
+// labels back.
 #pragma once
 
 #include <cstddef>
@@ -21,23 +22,23 @@ inline bool is_filled(Tissue label) noexcept {
   return static_cast<std::uint8_t>(label) > kShown;
 }
 
-/// Of air that filling has covered or touched. `label`: until now.
+/// Label of air that filling covers. `label`: current label.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
 }
-/// Before the filling.
+/// Label before the filling.
 inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// If filling was removed here: air without solid filling in its 26 neighbours. By distances and labels only. True:
-/// changed.
+/// Restores the former label if the filling was removed here: air without solid filling in its 26 neighbours. Depends
+/// only on distances and labels. Returns true if the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
-  // partly inside: some tissue is left, so not air
+  // the voxel is partly inside, so some tissue is left, and it is not air
   if (before == Tissue::kAir && distance[at] < 0.5f) return false;
   for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
     for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
@@ -50,8 +51,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// For a box, whose arrays have one more sample on every side. Once after several cuts is as good as after each. True:
-/// something changed.
+/// Restores labels in a box whose arrays have one more sample on every side. One call after several cuts gives the same
+/// result as a call after each. Returns true if a label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;
@@ -59,7 +60,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
       for (int z = 0; z < size.z; ++z) {
-        if (z + 8 <= size.z) {  // eight at once: most hold no filling
+        if (z + 8 <= size.z) {  // eight at once, because most contain no filling
           std::uint64_t eight;
           std::memcpy(&eight, label + row + z, sizeof eight);
           if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {

@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Indices of `due` up to `path`, into `found`. May read seven beyond.
+/// Writes the indices of the elements of `due` that are at most `path` to `found`. May read seven elements beyond the
+/// end.
 TYPODONT_DISPATCH("avx2", "default")
 int find_due(const float* due, int count, float path, std::int32_t* found) {
   int n = 0;

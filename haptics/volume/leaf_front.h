@@ -1,5 +1,5 @@
-// CutFront for the carver: a leaf whose samples cannot change before `slack` voxels of the head's way is skipped until
-// then. Private to haptics/volume.
+// The active front of the carver: a leaf whose samples cannot change before the head has moved by `slack` voxels is
+// skipped until then. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// Of one head. Carver thread. Keys in leaves of 8³.
+/// The front of one head. Carver thread only. Keys count leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -23,51 +23,52 @@ class LeafFront {
 
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
-  /// One cache line per place.
+  /// Data of a leaf in one cache line.
   struct alignas(64) Place {
-    Leaf* leaf = nullptr;      // null: not examined yet
-    float* samples = nullptr;  // here, because the leaf's memory must be waited for
-    Kept* kept = nullptr;      // for undo of the present stroke; null: no stroke
-    bool cut = false;          // since first examined
-    std::uint64_t logged = 0;  // mark after which it was last logged
-    // voxels of path, per block
+    Leaf* leaf = nullptr;      // null: the leaf has not been examined yet
+    float* samples = nullptr;  // stored here, because reading the leaf would wait for memory
+    Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
+    bool cut = false;          // true: the leaf was cut since it was first examined
+    std::uint64_t logged = 0;  // mark after which the leaf was last logged
+    // voxels of path at which each block must be examined
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };
 
-  /// To examine now. `key`: in leaves. `due`: voxels of path, least of its blocks; apart, because most leaves need
-  /// nothing else.
+  /// A leaf to examine now. `key`: position in leaves. `due`: smallest path length (voxels) of its blocks, stored
+  /// separately, because most leaves need nothing else.
   struct DuePlace {
     glm::ivec3 key;
     Place* place;
     float* due;
   };
 
-  /// After any change but the cuts of one stroke, or a replaced leaf.
+  /// Call it after any change except the cuts of one stroke, and after a leaf was replaced.
   void forget() noexcept { last_.reset(); }
 
-  /// To the end of `sweep`, over leaves lo..hi inclusive.
+  /// Moves the front to the end of `sweep`, leaves lo..hi.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Voxels, of the farthest point.
+  /// Path length of the head's farthest point, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// Of lo..hi inclusive, by key; within the last advance_to(). Until the next call.
+  /// Leaves of lo..hi (inclusive, within the last advance_to()) that must be examined now, sorted by key. Valid until
+  /// the next call.
   std::span<const DuePlace> due(const glm::ivec3& lo, const glm::ivec3& hi);
 
  private:
-  // leaves around the sweep, so that the box seldom moves
+  // additional leaves around the sweep, so the window moves seldom
   static constexpr int kRoom = 2;
-  // voxels, at which a float would resolve 6e-5; restarts at 0
+  // voxels; at this path length a float resolves 6e-5, so the path restarts at 0
   static constexpr double kLongest = 512;
 
-  // for vector loads beyond the last row
+  // spare elements for vector loads beyond the last row
   static constexpr int kUnused = 8;
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // empty: position unknown
-  double path_ = 0;            // voxels, of the farthest point
+  std::optional<Sweep> last_;  // empty: the position is not known
+  double path_ = 0;            // voxels, path length of the head's farthest point
   glm::ivec3 first_{0}, size_{0};
-  std::vector<float> due_, due_moved_;  // with kUnused unused elements at the end
-  std::vector<std::int32_t> found_;     // found by due() in one row
+  std::vector<float> due_, due_moved_;  // have kUnused unused elements at the end
+  std::vector<std::int32_t> found_;     // indices that due() found in one row
   std::vector<DuePlace> due_places_;
   std::vector<Place> places_, moved_;
 };

@@ -1,4 +1,5 @@
-// Leaf by leaf: copied before a stroke's first write; undo and redo swap by pointer. For tissue_volume.cpp only.
+// Undo leaf by leaf: a leaf is copied before the first write of a stroke; undo and redo exchange pointers. For
+// tissue_volume.cpp only.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -16,12 +17,12 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// Before the stroke: leaf or tile.
+  /// State of a leaf or tile before the stroke.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // written; otherwise the copy is dropped
+    bool changed = false;  // true: the leaf was written; otherwise the copy is dropped
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
@@ -31,7 +32,7 @@ class LeafHistory {
   };
   using Stroke = std::unordered_map<openvdb::Coord, Kept, CoordHash>;
 
-  /// Before writing or creating; the caller then sets `changed`.
+  /// Stores the state before a leaf is written or created. The caller then sets `changed`.
   template <class Accessor>
   static Kept& keep(Stroke& stroke, Accessor& accessor, const openvdb::Coord& origin) {
     const auto [it, fresh] = stroke.try_emplace(origin);
@@ -45,7 +46,7 @@ class LeafHistory {
     return kept;
   }
 
-  /// The same for undo and redo.
+  /// Exchanges current and stored leaves, for undo and redo.
   static void exchange(Tree& tree, Stroke& stroke) {
     for (auto& [origin, kept] : stroke) {
       std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
@@ -56,7 +57,7 @@ class LeafHistory {
 
   /// The values of the voxels of one leaf (8³ voxels).
   struct Values {
-    // null: a tile, one value
+    // null: a tile with one value
     const Value* samples = nullptr;
     Value tile{};
   };
@@ -64,7 +65,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// Before the stroke; nullopt: not written.
+  /// Values before the stroke; nullopt: the stroke has not written this leaf.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

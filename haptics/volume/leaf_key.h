@@ -1,13 +1,13 @@
-// Of a block of 8³ samples. Without OpenVDB. Private to haptics.
+// Key of a block of 8³ samples. Independent of OpenVDB. Private to haptics.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace typodont::haptics {
 
-inline constexpr int kLeafSide = 8;  // samples
+inline constexpr int kLeafSide = 8;  // samples along an edge of a leaf
 
-/// In leaves.
+/// Position of the leaf that contains a voxel, in leaves.
 inline glm::ivec3 leaf_key(const glm::ivec3& voxel) {
   static_assert(kLeafSide == 8);
   return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers

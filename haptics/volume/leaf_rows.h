@@ -1,4 +1,5 @@
-// Whole leaves in a dense block such as a patch. `to`: first sample; strides in samples. In the leaf, z is fastest.
+// Copies whole leaves into a dense block such as a patch. `to`: first sample there; strides in samples. In a leaf, z is
+// the fastest index.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +10,12 @@
 
 namespace typodont::haptics {
 
-/// Eight at a time.
+/// Copies eight distances at a time.
 void copy_distances(const float* from, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
-/// Eight at a time.
+/// Fills eight distances at a time.
 void fill_distances(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
 
-/// One byte each (labels, hardness).
+/// Copies values of one byte (labels, hardness).
 template <class Byte>
 void copy_bytes(const Byte* from, Byte* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   static_assert(sizeof(Byte) == 1);
@@ -30,7 +31,7 @@ void fill_leaf(T value, T* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y)
   }
 }
 
-/// Before copying a leaf there.
+/// Prefetches the rows to which a leaf will be copied.
 template <class T>
 void prefetch_rows(const T* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   for (int x = 0; x < kLeafSide; ++x, to += stride_x) {

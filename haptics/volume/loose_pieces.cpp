@@ -14,7 +14,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Blocks that may still be visited: per cut, and at most. A visit takes about 1 µs.
+// Number of blocks that may be visited: added per cut, and at most. A visit takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
@@ -35,7 +35,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// With those of the block that touch one over a face.
+/// Samples and all samples of the block that share a face with one of them.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -46,7 +46,7 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// In layer x, a word's bits: first what touches an adjacent layer, then all connected.
+/// Grows `part` in layer x: first by samples that touch an adjacent layer, then by all samples connected to them.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -56,7 +56,7 @@ void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   part[x] = w;
 }
 
-/// For each connected part of a block.
+/// Calls visit() for each connected part of a block.
 template <class Visit>
 void for_each_part(const SolidBits& solid, Visit&& visit) {
   std::uint64_t all = ~std::uint64_t{0};
@@ -75,7 +75,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Forward and backward: a few rounds suffice. Mostly all is connected, after half a round.
+      // Grows forward and backward; a few rounds are enough. Usually all samples are connected, which half a round
+      // finds.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       if (part == left) break;
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
@@ -85,14 +86,15 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// Samples per face (first and last x, y, z), and in all. Touching samples of two blocks have the same bit.
+/// Samples on each face of a block (first and last x, y, z), and number of samples. Touching samples of two blocks have
+/// the same bit.
 struct Shape {
   std::array<std::uint64_t, 6> faces{};
   std::int64_t samples = 0;
 };
 
 std::array<std::uint64_t, 6> faces_of(const SolidBits& b) {
-  // Lowest bits of eight bytes into the highest byte.
+  // Collects the lowest bits of eight bytes in the highest byte.
   const auto lowest = [](std::uint64_t word) { return (word & kFirstZ) * 0x0102040810204080 >> 56; };
   std::array<std::uint64_t, 6> faces{b[0], b[7]};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -113,15 +115,15 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// As last read, with neighbours, and the floods in them, which spread alike and join. Buffers stay between cuts.
+/// The blocks as last read, with their neighbours, and the flood fills in them. Buffers are kept between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// The caller may change them. Null: not read yet.
+  /// Samples of a block, which the caller may change; null: the block has not been read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// Reads it if `unseen`.
+  /// Returns the index of a block, and reads the block if that is necessary. `unseen`: set to true in this case.
   int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
     if (fresh) {
@@ -132,7 +134,7 @@ class LoosePieces::KnownBlocks {
     if (unseen) *unseen = fresh;
     return it->second;
   }
-  /// The caller may change them.
+  /// Samples of a block, which the caller may change.
   SolidBits& changing(int block) {
     blocks_[static_cast<std::size_t>(block)].one_part = false;
     return bits_[static_cast<std::size_t>(block)];
@@ -144,7 +146,7 @@ class LoosePieces::KnownBlocks {
 
   const glm::ivec3& key(int block) const { return keys_[static_cast<std::size_t>(block)]; }
 
-  /// No flood yet.
+  /// Begins a search without any flood fill.
   void begin_search() {
     ++look_;
     looked_at_ = 0;
@@ -152,11 +154,11 @@ class LoosePieces::KnownBlocks {
     flood_count_ = 0;
     cut_blocks_.clear(), touches_.clear();
   }
-  /// In each part.
+  /// Starts a flood fill in each part of the block.
   void start(int block) {
     start_in(block, [](const Part&) { return true; });
   }
-  /// From each part that touches `gone`, samples of `block` that became air.
+  /// Starts a flood fill in each part that touches `gone`, the samples of `block` that became air.
   void start_around(const TissueVolume& volume, int block, const SolidBits& gone) {
     const SolidBits around = grown(gone);
     const std::array<std::uint64_t, 6> faces = faces_of(gone);
@@ -168,8 +170,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (shape_of(part).faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Mostly shown before any flood: emptied samples form groups; if the tissue around each is connected, paths through
-  /// it can lead around it, and nothing is cut off.
+  /// Returns true if nothing was separated: the tissue around each group of emptied samples is connected, so paths can
+  /// lead around the group. This is the usual case, and needs no flood fill.
   bool connected_around_each_group(const TissueVolume& volume) {
     join_touching_floods(volume);
     join_touching_cut_blocks();
@@ -181,7 +183,7 @@ class LoosePieces::KnownBlocks {
     }
     return true;
   }
-  /// Until none can spread, or only one, already larger than all that ended.
+  /// Grows the floods until none can grow, or until only one can, which is already larger than all that have ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -189,7 +191,7 @@ class LoosePieces::KnownBlocks {
       std::erase_if(roots_, [&](int i) { return floods_[static_cast<std::size_t>(i)].root != i; });
       if (roots_.size() < 2) return;
       live_.clear();
-      std::int64_t largest = 0;  // samples of the largest that ended
+      std::int64_t largest = 0;  // samples of the largest flood that has ended
       for (const int i : roots_) {
         const Flood& flood = floods_[static_cast<std::size_t>(i)];
         if (flood.ended()) {
@@ -203,9 +205,9 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Met ones count once.
+  /// Number of separate floods; those that have met count once.
   std::size_t apart() const { return roots_.size(); }
-  /// By size; the last, largest one may be incomplete.
+  /// Pieces by size; the largest (last) may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -222,28 +224,29 @@ class LoosePieces::KnownBlocks {
     }
     return out;
   }
-  /// By this search.
+  /// Number of blocks that this search has visited.
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
-  /// Of every visited block; keys and samples are apart, needed of few. Two cache lines.
+  /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. Two cache
+  /// lines.
   struct alignas(32) Block {
-    // last search, and its results
+    // last search that visited the block, and its results
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
-    // over the six faces; -1: unknown
+    // neighbours over the six faces; -1: not known
     int beside[6] = {-1, -1, -1, -1, -1, -1};
-    bool one_part = false;  // known to be connected
+    bool one_part = false;  // true: the samples are known to be connected
     Shape whole;            // valid if `one_part`
   };
   static_assert(sizeof(Block) == 96);
   struct Part {
     int block = 0, flood = -1;
-    int own = -1;  // -1: all of the block's samples
+    int own = -1;  // index in part_bits_; -1: the part contains all samples of the block
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // spreads from these; before `next` done
+    std::vector<int> edge;  // parts where the flood grows; those before `next` are done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the parts that the flood contains
     std::int64_t samples = 0;
@@ -258,11 +261,11 @@ class LoosePieces::KnownBlocks {
   /// A block in which samples became air.
   struct CutBlock {
     int block;
-    int group;                           // same group (connected_around_each_group()); itself: none
-    int flood;                           // around the group; -1: unknown
-    std::array<std::uint64_t, 6> faces;  // that became air
+    int group;                           // next block of the group (union-find); own index: it represents the group
+    int flood;                           // flood around the group; -1: not known
+    std::array<std::uint64_t, 6> faces;  // samples on the faces that became air
   };
-  /// Emptied samples touch the part where a flood began.
+  /// Emptied samples touch the part in which a flood began.
   struct Touch {
     int cut_block, flood;
   };
@@ -289,13 +292,13 @@ class LoosePieces::KnownBlocks {
       if (!cut_blocks_.empty()) touches_.emplace_back(static_cast<int>(cut_blocks_.size()) - 1, part.flood);
     }
   }
-  /// Whose parts touch.
+  /// Joins floods whose parts touch.
   void join_touching_floods(const TissueVolume& volume) {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Part part = parts_[i];
       if (part.flood < 0) continue;
       const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
-      // From one of the two blocks.
+      // Tests each pair of blocks only once.
       for (std::size_t face = 1; face < 6; face += 2) {
         if (faces[face] == 0) continue;
         const Block& next = blocks_[static_cast<std::size_t>(find_beside(volume, part.block, face))];
@@ -309,7 +312,7 @@ class LoosePieces::KnownBlocks {
       }
     }
   }
-  /// Whose emptied samples touch.
+  /// Joins cut blocks whose emptied samples touch.
   void join_touching_cut_blocks() {
     cut_block_in_.resize(blocks_.size());
     for (std::size_t i = 0; i < cut_blocks_.size(); ++i)
@@ -319,7 +322,7 @@ class LoosePieces::KnownBlocks {
       for (std::size_t face = 1; face < 6; face += 2) {
         if (cut.faces[face] == 0) continue;
         const int next = blocks_[static_cast<std::size_t>(cut.block)].beside[face];
-        // May be another search's entry.
+        // The element may belong to an earlier search.
         const auto j = static_cast<std::size_t>(cut_block_in_[static_cast<std::size_t>(next)]);
         if (j >= cut_blocks_.size() || cut_blocks_[j].block != next) continue;
         if ((cut_blocks_[j].faces[face ^ 1] & cut.faces[face]) == 0) continue;
@@ -389,9 +392,9 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
     const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    // a copy: with_parts() moves shapes
+    // a copy, because with_parts() moves shapes
     const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
-    // All neighbours at once: a search mostly waits for memory.
+    // Prefetches all neighbours, because a search mostly waits for memory.
     for (const int beside : blocks_[static_cast<std::size_t>(part.block)].beside) {
       const auto* const next = reinterpret_cast<const char*>(blocks_.data() + std::max(beside, 0));
       __builtin_prefetch(next), __builtin_prefetch(next + sizeof(Block) - 1);
@@ -412,14 +415,14 @@ class LoosePieces::KnownBlocks {
   }
 
   std::unordered_map<glm::ivec3, int, KeyHash> index_;
-  // same indices; first sample at 8·key
+  // arrays with equal indices; a block's first sample: 8·key
   std::vector<Block> blocks_;
   std::vector<glm::ivec3> keys_;
   std::vector<SolidBits> bits_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
   std::vector<Part> parts_;  // parts of this search, block by block
-  // of parts that are not the whole block
+  // samples and shapes of parts smaller than their block
   std::vector<SolidBits> part_bits_;
   std::vector<Shape> part_shapes_;
   std::vector<Flood> floods_;
@@ -427,7 +430,7 @@ class LoosePieces::KnownBlocks {
   std::vector<int> roots_, live_;
   std::vector<CutBlock> cut_blocks_;
   std::vector<Touch> touches_;
-  std::vector<int> cut_block_in_;  // per block, by the last search
+  std::vector<int> cut_block_in_;  // for each block: index in cut_blocks_, last search
 };
 
 LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<KnownBlocks>()) {
@@ -457,11 +460,12 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
 
 LoosePieces::~LoosePieces() = default;
 
-/// Solid now, and emptied since last read.
+/// Stores samples that were emptied since the block was last read. `now`: current samples in tissue.
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // Tissue when last read, air now; if not read since an edit, any air may have been tissue.
+  // Samples that were tissue when last read, and are air now. In a block that was not read since an edit, any air may
+  // have been tissue.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});
@@ -473,7 +477,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // Looking them up takes long.
+        // Looking blocks up takes long, so known ones are skipped.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {
@@ -493,19 +497,19 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (emptied_.empty() || credit_ <= 0) return {};
 
   const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
-  // Visited in this order: usually sorted.
+  // Blocks are visited in this order, so usually sorted already.
   if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();
   for (auto next = emptied_.begin(); next != emptied_.end();) {
     const int block = next->block;
-    SolidBits gone{};  // since the last search
+    SolidBits gone{};  // samples emptied since the last search
     for (; next != emptied_.end() && next->block == block; ++next) {
       for (std::size_t i = 0; i < 8; ++i) gone[i] |= next->part.bits[i];
     }
     blocks_->start_around(volume, block, gone);
   }
   emptied_.clear();
-  // No flood needed.
+  // No flood fill is needed if all are connected.
   const bool connected = blocks_->connected_around_each_group(volume);
   if (!connected) blocks_->run(volume);
   credit_ -= blocks_->looked_at();

@@ -1,4 +1,4 @@
-// Tissue that a cut separated from its body.
+// Finds tissue that a cut has separated from its body.
 #pragma once
 
 #include <array>
@@ -16,36 +16,35 @@ namespace typodont::haptics {
 
 class TissueVolume;
 
-/// Bit 8 y + z of word x, per sample of 8³.
+/// One bit per sample of a block of 8³: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// First sample at 8·key.
+/// Samples of a block; its first sample is at 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
 };
 using TissuePiece = std::vector<BlockPart>;
 
-/// Connected over six faces. A cut separates only around samples that it emptied: a flood starts in each part there,
-/// all spread alike until they meet, mostly in one block; one that ends alone filled a loose piece. So cost follows the
-/// piece, not the tooth. Bodies separate before the first cut are none; of a divided body the smaller part is.
-/// Deterministic.
+/// Tissue is connected over the six faces of voxels. After a cut, flood fills start around the emptied samples and grow
+/// equally fast until they meet. One that ends alone has filled a loose piece. Deterministic.
 class LoosePieces {
  public:
   /// Searches the whole volume once for its bodies.
   explicit LoosePieces(const TissueVolume& volume);
   ~LoosePieces();
 
-  /// Still in the volume. `written`: voxels; `blocks`: possibly emptied, bits still in tissue.
+  /// Pieces that a cut has separated; they are still in the volume. `written`: changed voxels; `blocks`: blocks that
+  /// may have been emptied, with bits of the remaining tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
-  /// Something other than a cut changed lo .. hi.
+  /// Call it after a change in lo..hi that is no cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// After undo or redo: anything may have changed.
+  /// Call it after undo or redo, which may change anything.
   void after_edit();
-  /// At the start.
+  /// Number of bodies at the start.
   std::size_t bodies() const { return body_count_; }
-  /// After `pieces` left the volume.
+  /// Call it after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
 
  private:
@@ -69,14 +68,14 @@ class LoosePieces {
   std::vector<int> bodies_of(const TissuePiece& piece) const;
   void note_emptied(int block, const SolidBits& now, bool unseen);
 
-  std::unique_ptr<KnownBlocks> blocks_;          // as last read
-  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // blocks inclusive, all in blocks_
+  std::unique_ptr<KnownBlocks> blocks_;          // blocks as they were when last read
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks (inclusive) that are all in blocks_
   std::size_t body_count_ = 0;
-  // but the largest, number 0
+  // bodies except the largest, which has the number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
-  // not searched around yet; keys may repeat
+  // emptied samples where no search was made; keys may repeat
   std::vector<Emptied> emptied_;
-  // blocks: cuts add, floods subtract
+  // number of blocks that may be visited: cuts add to it, searches subtract from it
   std::int64_t credit_ = 0;
 };
 

@@ -50,11 +50,11 @@ bool NaturalSurface::solid(const glm::ivec3& voxel) const {
 
 double NaturalSurface::inside(const glm::dvec3& p_W) const {
   const glm::dvec3 at = frame_.to_voxels(p_W);
-  glm::ivec3 voxel(at);  // rounds towards zero: corrected for negative ones
+  glm::ivec3 voxel(at);  // rounds towards zero, which is wrong for negative numbers, so the next line corrects it
   for (int a = 0; a < 3; ++a) voxel[a] -= at[a] < voxel[a];
   const glm::ivec3 in = voxel & 7;
   if (in.x < 7 && in.y < 7 && in.z < 7) {
-    // Usually one block, mostly all solid or empty.
+    // Usually a single block, which is completely solid or empty.
     const glm::ivec3 block = leaf_key(voxel) - first_;
     if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return 0;
     const std::int32_t found = block_[index_of(block, count_)];

@@ -1,4 +1,4 @@
-// OpenVDB's mesh, with vertices moved onto the zero set.
+// The surface mesh of OpenVDB, with vertices moved onto the zero set of the field.
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -9,11 +9,12 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBelow = 0.5;      // voxels below a triangle, where its tissue is read
+constexpr double kBelow = 0.5;      // voxels below a triangle at which its tissue is read
 constexpr int kSteps = 3;           // number of Newton steps per vertex
 constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
 
-/// By Newton along the trilinear gradient: the mesher's means of edge crossings are off a curved surface.
+/// Moves a vertex onto the surface by Newton steps along the gradient. OpenVDB uses means of edge crossings, which are
+/// not on a curved surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
@@ -27,7 +28,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // Near the surface |gradient|² is about 1; from 0.04 down, vertices stay.
+    // Near the surface, |gradient|² is about 1. If it is 0.04 or less, the vertex does not move.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
@@ -51,7 +52,7 @@ TissueMesh TissueVolume::extract_mesh() const {
   openvdb::tools::volumeToMesh(*v.distance, points, triangles, quads, 0.0, 0.0);
   TissueMesh mesh;
   mesh.vertices.reserve(points.size());
-  std::vector<openvdb::Vec3d> place(points.size());  // voxels, on the zero set
+  std::vector<openvdb::Vec3d> place(points.size());  // voxels, positions on the zero set
   const auto field = v.distance->getConstAccessor();
   for (std::size_t i = 0; i < points.size(); ++i) {
     place[i] = onto_surface(field, openvdb::Vec3d(points[i]));

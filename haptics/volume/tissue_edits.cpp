@@ -19,7 +19,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// By each voxel's fraction inside.
+/// Sums the volume of each tissue in leaves, by the fraction of each voxel inside.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -34,7 +34,7 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
-    // Most leaves have one tissue: no labels needed.
+    // Most leaves have one tissue: labels need not be read.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -43,7 +43,7 @@ class LeafVolumes {
     }
     count_in(label, sum);
   }
-  /// m³. `voxel`: m.
+  /// Sums in m³. `voxel`: m.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
@@ -59,13 +59,13 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// Explicit model: in a shared library (libtypodont.so), the default calls a function per access.
+// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
-/// `other` is not empty.
+/// Extends a box; `other` must not be empty.
 void extend(VoxelBox& box, const VoxelBox& other) noexcept {
   box = box.empty() ? other : VoxelBox{glm::min(box.lo, other.lo), glm::max(box.hi, other.hi)};
 }
@@ -94,7 +94,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
   if (writes.empty() || place.logged == marked) return;
   place.logged = marked;
-  // leaves; more are hardly faster than a whole patch
+  // largest number of logged leaves; with more, copying the whole patch is as fast
   constexpr std::size_t kMost = 2048;
   Written& written = writes.back();
   if (written.leaves.size() == kMost) written.listed = false;
@@ -119,7 +119,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // per volume; one per microsecond lasts twelve days
+  // marks per volume; one per microsecond lasts twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -137,7 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // with stored writes; each patch needs one, and a session uses fewer at once
+  // largest number of marks with stored writes; each patch needs one, and a session uses fewer at once
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
@@ -148,7 +148,7 @@ std::uint64_t TissueVolume::mark() {
 bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
-  // With known writes; newest v.marked.
+  // Marks with known writes; the newest is v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -164,7 +164,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   if (lo.x > hi.x || filled.empty()) return;
   self.filled_box(lo - 1, hi + 1, lo, hi);
   if (lo.x > hi.x) return;
-  const glm::ivec3 size = hi - lo + 3;  // with one more sample on every side
+  const glm::ivec3 size = hi - lo + 3;  // the box with one more sample on every side
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   std::vector<float> distances(static_cast<std::size_t>(stride_x * size.x));
   std::vector<Tissue> labels(distances.size());
@@ -185,7 +185,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// To be written; null: air far from any surface. `kept`: its copy for undo, in a stroke.
+/// Leaf for writing; null: air far from any surface. `kept`: its copy for undo, during a stroke.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -193,14 +193,14 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    // A tile deep inside, now near the surface: each sample is stored.
+    // A tile deep inside that is now near the surface: each of its samples is stored.
     leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }
   return leaf;
 }
 
-/// After a removal's write.
+/// Called after a removal has written a leaf.
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -208,7 +208,7 @@ void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, Le
 
 namespace {
 
-/// By samples lo..hi of a written leaf.
+/// Adds the samples lo..hi of a leaf to the box.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
   extend(box, {lo, hi});
@@ -234,7 +234,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
       }
       place.samples = place.leaf->buffer().data();
     }
-    // In place: copied whole, the processor would wait for its partial stores.
+    // Built in place: a copy would have to wait until the parts just written are in the cache.
     Sweep::Leaf& leaf = v.due_leaves.emplace_back();
     leaf.lo = origin, leaf.distance = place.samples, leaf.due = place.due.data();
     v.due_places.push_back(&due);
@@ -255,7 +255,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
     if (leaf.emptied) carved.blocks.push_back({leaf_key(leaf.lo), solid_bits(leaf.distance)});
   }
-  // With fillings, restore_labels() may write other leaves.
+  // If there are fillings, restore_labels() may write other leaves.
   v.mark_changed(carved.box.lo, carved.box.hi, v.filled.empty());
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;
@@ -296,7 +296,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Interface of removals such as Sweep.
+/// Has the functions of a removal such as Sweep.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -350,7 +350,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        // a tile deep inside: nothing to fill
+        // a tile deep inside tissue, where nothing can be filled
         if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);
@@ -582,7 +582,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // Nothing undone, nothing to redo; an unfinished stroke goes on.
+  // Nothing was undone to redo; an unfinished stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

@@ -1,4 +1,4 @@
-// Grids and strokes. Private to haptics/volume: includes OpenVDB.
+// The grids and strokes of a volume. Private to haptics/volume, because it includes OpenVDB.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -33,7 +33,7 @@ inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// Of bricks, inclusive (FieldBrick).
+/// A box of bricks (FieldBrick), inclusive.
 struct BrickBox {
   glm::ivec3 lo, hi;
   template <class F>
@@ -45,12 +45,12 @@ struct BrickBox {
     }
   }
 };
-/// That read a sample of lo .. hi inclusive, each one beyond its cells.
+/// Bricks that read a sample in lo .. hi (inclusive); a brick reads one sample beyond its cells.
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// Label (label.h), and 255 − hardness (dense_tissue.h) in the next byte: equal to the label at kOwnHardness. Undo,
-// tiles and hashes so include hardness.
+// Value of the label grid: label (label.h), and 255 − hardness (dense_tissue.h) in the next byte. So it equals the
+// label at kOwnHardness, and undo, tiles and hashes include the hardness.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;
 
@@ -60,36 +60,36 @@ inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
 }
-/// Filled: before the filling.
+/// Hardness of the voxel; if filled, that before the filling.
 inline std::uint8_t hardness_kept_in(std::int32_t value) {
   return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
 }
-/// That is felt and cut.
+/// Hardness that is felt and cut; filling has its own.
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
-/// Same hardness.
+/// Changes the label and keeps the hardness.
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
-/// Returns the tissue that a voxel with this value of the label grid shows.
+/// Tissue that a voxel with this label grid value shows.
 inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// Of 8³ distances.
+/// Bit mask of the samples in tissue among 8³ distances.
 SolidBits solid_bits(const float* samples);
 
-/// Leaves from before the stroke; after its undo, from after it.
+/// Leaves as they were before the stroke; after its undo, as they were after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;  // first cut by this stroke
-  // Once complete: bricks that undo and redo change
+  std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
+  // bricks that undo and redo change; set when complete
   std::vector<glm::ivec3> bricks;
-  PerTissue back{};  // m³ that undo brings back
+  PerTissue back{};  // m³, volume that undo restores
   std::size_t bytes = 0;
 };
 
@@ -97,45 +97,47 @@ struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
-  bool graded = false;               // some voxel is off its tissue's own
+  bool graded = false;               // true: some voxels' hardness differs from their tissue's
   VoxelFrame frame;
-  double band = 0;  // m from the surface, of stored distances
+  double band = 0;  // m from the surface up to which distances are stored
   bool exact_outside = true;
   FilePlace place;
-  std::shared_ptr<const TissueMesh> mesh;  // null: from other data
+  std::shared_ptr<const TissueMesh> mesh;  // null: the volume comes from other data
   std::shared_ptr<const NaturalSurface> natural;
-  KeySet changed;  // since the last take_changed_bricks()
-  // cut: outside distances are inexact there
+  KeySet changed;  // bricks that changed since the last take_changed_bricks()
+  // bricks that were cut; outside tissue, their distances are inexact
   KeySet carved;
-  // Last box put into `changed` and `carved`, inclusive; empty (lo > hi) at first and after removals from them.
+  // Last box that was added to `changed` and `carved`, inclusive; empty (lo > hi) at first and after elements were
+  // removed.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
-  LeafFront front;  // that the present head can change
-  // Of the present cut; due_places: what `front` keeps for each.
+  LeafFront front;  // leaves that the current head can change
+  // Leaves of the current cut; due_places: the data that `front` stores for each.
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
-  KeySet filled;  // may hold labels under filling, label.h
-  // After each of the last marks, oldest first; last is `marked`. Empty: unknown before it.
+  KeySet filled;  // blocks that may contain labels below a filling (label.h)
+  // Writes after each of the last marks, oldest first; the last one belongs to `marked`. Empty: earlier writes are not
+  // known.
   std::deque<Written> writes;
   std::uint64_t marked = first_mark();
   std::uint64_t foreign_changes = 0;  // see TissueVolume::foreign_changes()
   std::vector<StrokeKept> strokes;
-  std::size_t done = 0;    // in the tissue; later ones are undone
-  bool in_stroke = false;  // not complete yet
-  PerTissue taken_back{};  // m³ by undo, minus redo
+  std::size_t done = 0;    // number of strokes in the tissue; later strokes are undone
+  bool in_stroke = false;  // true: the last stroke is not complete yet
+  PerTissue taken_back{};  // m³ that undos restored, minus what redos removed again
 
   Impl() { openvdb::initialize(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
-  /// Allocates nothing, so it works without memory.
+  /// Allocates nothing, so it also works when memory is exhausted.
   ~Impl();
   void make_grids(float band_voxels) {
     distance = openvdb::FloatGrid::create(band_voxels);
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// Where a new volume's log begins; different volumes differ.
+  /// First mark of a new volume's log; differs between volumes.
   static std::uint64_t first_mark();
-  /// At a change that is not logged, which is foreign (TissueVolume::foreign_changes).
+  /// Call it at a change that is not logged, which is foreign (TissueVolume::foreign_changes).
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -143,40 +145,41 @@ struct TissueVolume::Impl {
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
   void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
-  /// And a stroke that changed nothing.
+  /// Ends the stroke, and drops it if it changed nothing.
   void complete_stroke();
 
-  /// Of lo..hi, by cut or filling; lo > hi: none. `listed`: log_write() was called for all.
+  /// Marks lo..hi as changed by a cut or filling; lo > hi: nothing. `listed`: log_write() was called for all leaves.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed);
-  /// Unless it is there. `lo`: first voxel.
+  /// Logs a leaf unless already logged. `lo`: its first voxel.
   void log_write(const glm::ivec3& lo, LeafFront::Place& place);
 
-  /// As TissueVolume::copy_every(), samples from..to inclusive.
+  /// As TissueVolume::copy_every(), for the samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  /// Of both grids.
+  /// A leaf of both grids.
   struct LeafSource {
-    glm::ivec3 lo;                                      // position of its first voxel
+    glm::ivec3 lo;                                      // voxels, position of the first voxel
     const openvdb::FloatTree::LeafNodeType* distances;  // null: all samples have the value `distance`
     const openvdb::Int32Tree::LeafNodeType* labels;     // null: all samples have the value `label`
     float distance;
     std::int32_t label;
   };
   class LeafFinder;
-  /// `part`: whole leaves.
+  /// `part`: a box of whole leaves.
   std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
   void copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const;
 
-  // Files have label, hardness and label before filling apart (StoredVolume): split on saving, joined on loading.
+  // Files store label, hardness and the label before filling separately (StoredVolume): they are split on saving and
+  // joined on loading.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// After distances changed and filling went: its former labels return.
+  /// Restores former labels where a filling was removed. Call it after distances have changed.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
-  /// `back`: undo.
+  /// `back`: true for undo, false for redo.
   void exchange(StrokeKept& stroke, bool back);
 };
 

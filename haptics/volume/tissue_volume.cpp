@@ -1,4 +1,4 @@
-// In voxel units: OpenVDB refuses transforms below 15 µm in m, and sampling and cutting compute in voxels.
+// Lengths in voxels: OpenVDB refuses transforms below 15 µm, and sampling and cutting compute in voxels.
 #include "haptics/tissue_volume.h"
 
 #include <linux/mman.h>
@@ -39,8 +39,8 @@ std::vector<glm::ivec3> sorted(const KeySet& keys) {
 }  // namespace
 
 TissueVolume::Impl::~Impl() {
-  // OpenVDB frees nodes on several threads, allocates for it, and aborts if that fails. So they are freed first, on
-  // one.
+  // OpenVDB frees nodes on several threads, which needs memory, and aborts if there is none. So all nodes are freed
+  // here first, on one thread.
   if (distance) distance->tree().root().clear();
   if (tissue) tissue->tree().root().clear();
 }
@@ -52,12 +52,12 @@ TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
 namespace {
 
-/// Returns the value of the label grid for voxel `i` of the arrays.
+/// Label grid's value for voxel `i` of the arrays.
 std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// If n³ voxels are deeper than the band and equal; otherwise nullopt.
+/// Value of n³ voxels if they are equal and deeper than the band; otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::
 
 constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes
 
-/// Bytes of leaves per huge page, by number, added to `bytes`.
+/// Adds the bytes of leaves in each huge page (by its number) to `bytes`.
 template <class Tree>
 void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
@@ -85,7 +85,8 @@ void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size
   }
 }
 
-/// With 4 kB pages, up to a fifth of copying is finding them. Only a request: results do not matter.
+/// Requests huge pages. With pages of 4 kB, finding them takes up to a fifth of the time for copying. Results do not
+/// depend on it.
 void store_in_huge_pages(const openvdb::FloatTree& distances, const openvdb::Int32Tree& labels) {
   std::unordered_map<std::uintptr_t, std::size_t> bytes;
   count_leaves(distances, bytes);
@@ -107,7 +108,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // By leaf: no memory where distances are not stored.
+  // Leaf by leaf: saves memory where no distances are stored.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -121,7 +122,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
           tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
-        // made for the first voxel that they store
+        // created for the first voxel that they store
         openvdb::FloatTree::LeafNodeType* distances = nullptr;
         openvdb::Int32Tree::LeafNodeType* labels = nullptr;
         const openvdb::Coord first(x0, y0, z0);
@@ -186,7 +187,8 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
   return hardness;
 }
 
-/// From its own grid into the labels; its tiles may have any size, so over the labels' voxels and tiles.
+/// Adds the hardness of its own grid to the labels. Its tiles may have any size, so all voxels and tiles of the labels
+/// are visited.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -319,7 +321,7 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// In a local array, to be vectorised.
+/// Converts a leaf's row in a local array, vectorised.
 template <class Value, class Out, class Convert>
 void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -332,7 +334,8 @@ void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
   }
 }
 
-/// `part` into [lo, lo + size), z fastest, through `converted`; without a leaf, the tile's value.
+/// Copies `part` of a grid into [lo, lo + size), z is the fastest index, converted by `converted`. Without a leaf, the
+/// tile's value is used.
 template <class Grid, class Out, class Convert>
 void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
               const Convert& converted) {
@@ -368,13 +371,13 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
   }
 }
 
-// Lambdas, to be vectorised.
+// Lambdas, so that loops with them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
 constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
-/// Whole, with the block's strides.
+/// Copies a whole leaf, with the strides of the destination.
 template <class Value, class Out, class Convert>
 void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const Convert& converted) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -382,7 +385,7 @@ void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff
     for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
   }
 }
-/// Lowest bytes, eight at a time.
+/// Copies the lowest bytes, eight at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -394,7 +397,7 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
   }
 }
 
-/// May be null. Into the second-level cache, which can wait for more lines.
+/// Prefetches a leaf (may be null) into the second-level cache, which can wait for more lines at once.
 template <class Leaf>
 void prefetch_leaf(const Leaf* leaf) {
   if (!leaf) return;
@@ -403,7 +406,7 @@ void prefetch_leaf(const Leaf* leaf) {
   for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i, 0, kSecondLevel);
 }
 
-/// load(source) a few leaves before copy(source): otherwise copying mostly waits for memory.
+/// Calls load(source) a few leaves before copy(source); otherwise copying mostly waits for memory.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
   constexpr std::size_t kAhead = 4;  // leaves; more are not faster
@@ -413,7 +416,7 @@ void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
   }
 }
 
-/// All in leaves wholly in `part`, with the block's rows at theirs.
+/// Returns true if `part` consists of whole leaves, and rows of the destination have the same alignment.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
   const glm::ivec3 all = box.lo | box.size | part.lo | (part.hi + 1);
   return ((all.x | all.y | all.z) & (openvdb::FloatTree::LeafNodeType::DIM - 1)) == 0;
@@ -421,7 +424,7 @@ bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
 
 }  // namespace
 
-/// By first voxel.
+/// Finds leaves by their first voxels.
 class TissueVolume::Impl::LeafFinder {
  public:
   explicit LeafFinder(const Impl& volume)
@@ -461,7 +464,7 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
   return sources;
 }
 
-/// For has_whole_leaves(). Found before, so that several can be waited for.
+/// Copies whole leaves (has_whole_leaves()). They were found before, so that several memory accesses overlap.
 void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const auto place = [&](const LeafSource& source) {
@@ -537,7 +540,7 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
-  static_assert(sizeof(Tissue) == 1);  // bytes in patches, int32 in the grid
+  static_assert(sizeof(Tissue) == 1);  // one byte in patches, int32 in the grid
   if (box.distance && box.tissue && has_whole_leaves(box, part))
     return impl_->copy_whole_leaves(box, impl_->leaves_in(part));
   if (box.distance) copy_box(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
@@ -563,7 +566,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // To whole bricks: copy_every() treats deep samples differently after a brick's first cut.
+  // Extends to whole bricks, because copy_every() treats deep samples differently after a brick's first cut.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -620,7 +623,7 @@ namespace {
 
 constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
 
-/// Per row of eight, bits of low <= d < high, first sample in bit 0.
+/// For each row of eight samples: bit mask of those with low <= d < high; the first sample is bit 0.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_within(const float* leaf, float low, float high, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -629,7 +632,7 @@ void samples_within(const float* leaf, float low, float high, std::uint8_t* rows
   }
 }
 
-/// As samples_within(), in half the time.
+/// As samples_within() for d < 0, in half the time.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_in_tissue(const float* leaf, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -652,7 +655,7 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 
 namespace {
 
-/// As TissueVolume::tissues_in_block().
+/// Computes TissueVolume::tissues_in_block().
 TYPODONT_DISPATCH("avx2", "default")
 std::uint32_t tissues_of(const std::int32_t* values) {
   std::uint32_t tissues = 0;
@@ -680,13 +683,13 @@ SolidBits solid_bits(const float* samples) {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // Both signs, or a neighbour of the opposite one: |distance| <= 2 somewhere.
+  // A brick of the surface has both signs, or a neighbour of opposite sign: somewhere |distance| <= 2.
   const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    // |distance| <= 2, from the leaf's origin. Per x, bit 8y + z in `rows` and mask.
+    // Samples with |distance| <= 2, relative to the leaf's origin. For each x, bit 8y + z in `rows` and in the mask.
     glm::ivec3 lo(kLeafEdge, 0, 0), hi(-1, 0, 0);
     std::uint64_t near = 0;
     for (int x = 0; x < kLeafEdge; ++x) {
@@ -716,7 +719,7 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
 
 namespace {
 
-/// A corner inside and one outside.
+/// Returns true if one corner is inside and one outside.
 TYPODONT_DISPATCH("avx2", "default")
 bool has_surface(const FieldBrick& brick) {
   unsigned any = 0, all = ~0u;
@@ -735,7 +738,7 @@ bool has_surface(const FieldBrick& brick) {
   return false;
 }
 
-/// Per axis four leaves: last sample, two whole ones, first two samples.
+/// A brick reads four leaves along each axis: the last sample of one, two whole ones, and the first two samples of one.
 template <class Grid, class Out, class Convert>
 void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert& converted) {
   using Value = typename Grid::ValueType;
@@ -744,7 +747,7 @@ void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert
   static constexpr int kFrom[4] = {n - 1, 0, 0, 0}, kCount[4] = {1, n, n, 2};
   auto accessor = grid.getConstAccessor();
   const glm::ivec3 first = key * FieldBrick::kCells - n;
-  Value tile[4][n];  // of each tile in a leaf's place
+  Value tile[4][n];  // values of each tile that replaces a leaf
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const Value* leaf[4];
@@ -792,7 +795,7 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
 
 namespace {
 
-/// m³ inside × `weight` (of the label's value), per tissue.
+/// Sums volume inside × `weight` (a function of the label's value) for each tissue, m³.
 template <class Weight>
 PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
                       const Weight& weight) {

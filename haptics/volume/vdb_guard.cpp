@@ -26,16 +26,16 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;        // first with a UUID (openvdb/version.h)
+constexpr std::uint32_t kOldest = 218;        // oldest supported format, the first with a UUID (openvdb/version.h)
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes of a message; longer output is truncated grids
+// bytes, longest message; a longer output consists of truncated grids
 constexpr std::size_t kLongestMessage = 1000;
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes kept in the cache
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest size of the cache
 
-/// FNV-1a of the first `bytes`.
+/// FNV-1a hash of the first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
   Fnv1a hash;
   std::vector<char> piece(1 << 16);
@@ -63,7 +63,7 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// Exit status; -1: a signal.
+/// Runs the reader process. Returns its exit status; -1: it ended by a signal.
 int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
                    std::span<const std::string> grids) {
   std::vector<std::string> words = {companion_program("TYPODONT_VOLUME_READER", "typodont-volume-reader",
@@ -74,7 +74,7 @@ int read_elsewhere(const std::filesystem::path& file, const std::filesystem::pat
   return run_guarded(words);
 }
 
-/// Header, metadata and descriptors, format 218 to 224 (OpenVDB 4 and later).
+/// Walks over header, metadata and descriptors of formats 218 to 224 (OpenVDB 4 and later).
 class Walker {
  public:
   explicit Walker(const std::filesystem::path& file)
@@ -157,7 +157,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
   if (seal == Seal::kNone) Walker(file).walk();
 
-  // Cached by the content's hash: every start reads a scene's volume.
+  // Cached by the hash of the content, because every start reads the volume of a scene.
   Sha256 key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));

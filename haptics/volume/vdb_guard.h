@@ -1,5 +1,5 @@
-// OpenVDB trusts its files: a wrong length allocates gigabytes, a wrong tree corrupts the heap. So a guarded process
-// reads them and returns a list of blocks.
+// OpenVDB trusts its files: a wrong length allocates gigabytes, and a wrong tree corrupts the heap. So a separate
+// process with limited rights reads them and returns a list of blocks.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace typodont::haptics {
 
-/// Eight letters and FNV-1a of all before, which OpenVDB ignores: against accident, not intent. Throws Error.
+/// Appends a seal: eight letters and the FNV-1a hash of the file, which OpenVDB ignores. It detects accidental damage,
+/// not deliberate changes. Throws Error.
 void seal_vdb(const std::filesystem::path& file);
 
-/// Those of `grids` that are there, by a guarded process (volume_reader.cpp), also for our own files; cached per user
-/// by content. Throws Error for a wrong seal, a length beyond the end, or a process that fails, exceeds its limits or
-/// crashes.
+/// Reads those of `grids` that the file contains in the guarded process (volume_reader.cpp), cached by content. Throws
+/// Error for a wrong seal, a length beyond the file, or a process that fails.
 FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
 
 }  // namespace typodont::haptics

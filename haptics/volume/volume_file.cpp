@@ -22,19 +22,19 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m, |coordinate| of the origin
-// Voxels of the tissue's box, on which memory and time depend: always legal; per stored distance; at most. Teeth and
-// jaws have 5 to 50 per distance.
+constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin
+// Limits of the box around the tissue, on which memory and time depend, in voxels: always allowed; per stored distance;
+// at most. Teeth and jaws have 5 to 50 per stored distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kLargestBox = 1e9;
 
-/// To ± band, between voxels and mm.
+/// Converts between voxels and mm, limited to ± band.
 void rescale(openvdb::FloatGrid& grid, float factor) {
   const float band = grid.background();
   for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);
   openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
 }
 
-/// As stored. Throws Error with `name`.
+/// Takes the grids as stored. Throws Error with `name`.
 StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
   const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {
@@ -53,7 +53,7 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   return grids;
 }
 
-/// Throws OpenVDB's exceptions.
+/// Writes the grids. Throws the exceptions of OpenVDB.
 void write_grids(const std::filesystem::path& file, const StoredVolume& volume) {
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);
@@ -65,7 +65,7 @@ void write_grids(const std::filesystem::path& file, const StoredVolume& volume) 
   seal_vdb(file);
 }
 
-/// Another program may have written it. Throws Error with `name`.
+/// Checks all values, because another program may have written the file. Throws Error with `name`.
 void check_values(const StoredVolume& volume, const std::string& name) {
   for (auto it = volume.distance->cbeginValueAll(); it; ++it) {
     if (!std::isfinite(*it)) throw Error(name, "distance", "a value that is not finite", "distances in mm");
@@ -93,7 +93,7 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
 }
 
-/// Where it was imported from. Throws Error with `name`.
+/// Reads the place from which the volume was imported. Throws Error with `name`.
 FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   glm::dmat3 rotation;
   for (int row = 0; row < 3; ++row) {
@@ -111,7 +111,7 @@ FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   return {{p, glm::normalize(glm::quat_cast(rotation))}, patient_axes(flat.axes)};
 }
 
-/// No voxel far from the others. Throws Error with `name`.
+/// Checks that no voxel is far away from the others. Throws Error with `name`.
 void check_extent(const StoredVolume& volume, const std::string& name) {
   openvdb::CoordBBox box = volume.distance->evalActiveVoxelBoundingBox();
   box.expand(volume.tissue->evalActiveVoxelBoundingBox());

@@ -1,4 +1,4 @@
-// .vdb: distances in mm and labels, for every OpenVDB reader.
+// Volume files (.vdb): distances in mm and labels, readable by every program with OpenVDB.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -10,22 +10,22 @@
 
 namespace typodont::haptics {
 
-/// In haptics' units.
+/// Content of a volume file in the units of haptics.
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
-  openvdb::Int32Grid::Ptr before;    // filled: label before, plus one; null: no fillings
-  // dense_tissue.h; filled: before. Null: kOwnHardness.
+  openvdb::Int32Grid::Ptr before;    // at filled voxels: label before the filling plus one; null: no fillings
+  // Hardness (dense_tissue.h); at filled voxels, the value before filling. Null: every voxel has kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
-  double band = 0;  // m from the surface, of stored distances
+  double band = 0;  // m from the surface up to which distances are stored
   bool exact_outside = true;
   FilePlace place;
 };
 
-/// Every value checked. Throws Error with file and item.
+/// Reads a file and checks every value. Throws Error with the file and the item.
 StoredVolume read_volume(const std::filesystem::path& file);
-/// Completely or not at all. The grids are spent. Throws Error.
+/// Writes the file completely or not at all. The grids cannot be used afterwards. Throws Error.
 void write_volume(const std::filesystem::path& file, const StoredVolume& volume);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// typodont-volume-reader FROM.vdb TO GRID…: OpenVDB's wrong lengths and trees can only cause an exit status here:
-// memory, time and files are limited; no other process, network or file can be reached.
+// typodont-volume-reader FROM.vdb TO GRID…: here, wrong lengths and trees in a file can cause nothing but an exit
+// status. Memory, time and files are limited; other processes, the network and other files cannot be reached.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -22,11 +22,11 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, with libraries
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, including libraries
 // bytes of address space per byte of the file
 constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMostMemory = 32ull << 30;
-// bytes of output per byte of the file; tissue needs less
+// bytes of output per byte of file; tissue needs less
 constexpr std::uint64_t kOutputPerByte = 4096;
 constexpr std::uint64_t kLeastOutput = 64ull << 20;
 
@@ -38,13 +38,13 @@ int run(int argc, char** argv) {
   std::error_code code;
   const std::uint64_t bytes = std::filesystem::file_size(from, code);
   if (code) return 2;
-  // Before the right to open files for writing is given up.
+  // Opened before the right to write files is given up.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
   const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
   limit_process({.memory = memory, .longest_file = longest});
-  // Writing past the limit then fails, and the exit status can say why.
+  // Writing beyond the limit then fails with an exit status.
   std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
   const auto too_large = [&from] {
@@ -63,7 +63,8 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // At this process's limit the volume is wrong; shorter, the disk is full or the user's limit smaller.
+    // If the output has this process's largest length, the volume is wrong. If it is shorter, the disk is full or the
+    // user's limit is smaller.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();
@@ -72,7 +73,7 @@ int run(int argc, char** argv) {
   } catch (const std::exception& e) {
     message = Error(from, "", e.what(), "a tissue volume (.vdb)").what();
   }
-  // A message in place of the grids.
+  // Writes a message instead of the grids.
   if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return haptics::kReaderCannotWrite;
   return 1;
 }

@@ -1,18 +1,17 @@
-// Along a bed's axis: coupling of eq. (3)–(5) and step limits of eq. (7)–(10), Zhao 2020.
+// Motion along the axis of a bed: coupling (eq. 3–5) and step limits (eq. 7–10) of Zhao 2020.
 #pragma once
 
 #include <algorithm>
 
 namespace typodont::haptics::implant {
 
-/// A spring pulls, drag damps. SI.
+/// Mass with a spring and a drag. SI.
 struct AxialState {
-  double speed = 0;  // m/s along the axis
+  double speed = 0;  // m/s, speed along the axis
 };
 
-/// m in `dt` (s), pulled over `ahead` (m) to the hand by `k` (N/m), with `mass` (kg), `drag` (N·s/m). Eq. (5) of Zhao
-/// 2020, implicit Euler, stable for all k and dt: (mass + dt·drag + dt²·k) dv = dt (k·ahead - drag·v - dt·k·v). Mass 0:
-/// where spring and drag balance at the tick's end.
+/// Returns the motion in m during `dt` s. The hand, `ahead` m away, pulls by `k` (N/m); `mass`: kg; `drag`: N·s/m. Eq.
+/// 5 of Zhao 2020 by implicit Euler, stable for all k and dt. Mass 0: spring and drag balance.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -25,8 +24,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Eq. (7)–(9) corrected: an obstacle limits the advance only. Printed eq. (7) has its cases exchanged (`as_printed`):
-/// without an obstacle nothing moves. m: `wanted` inward, `free` to the obstacle, `step` per tick.
+/// Limits the motion (eq. 7–9, corrected): an obstacle limits only the advance. `as_printed`: eq. 7 with exchanged
+/// cases, as in the paper: without an obstacle nothing moves. m: `wanted` inward motion, `free` distance to the
+/// obstacle, largest `step` per tick.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

@@ -1,19 +1,20 @@
-// Entry into a bed by the four criteria of Zhao 2020. Pure.
+// The criteria for entering a bed (Zhao 2020). Pure function.
 #pragma once
 
 namespace typodont::haptics::implant {
 
 struct BedCriteria {
-  bool at_centre = false;  // 1: tip at the centre of the entry
-  // 2: as wide as the bed or slightly narrower, or a drill that may widen it
+  bool at_centre = false;  // 1: the tip is at the centre of the entry
+  // 2: the tool is as wide as the bed or slightly narrower, or is a drill that may widen it
   bool fits = false;
-  bool aligned = false;  // 3: aligned with the axis
-  bool pushed = false;   // 4: axial force above Parameters::enter_force
+  bool aligned = false;  // 3: the tool is aligned with the bed's axis
+  bool pushed = false;   // 4: the axial force is above Parameters::enter_force
 };
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// `can_begin`: can drill this bone, touching with the tip; pushed (4) without the others, it starts a new bed.
+/// `can_begin`: the tool can drill this bone, and touches it with its tip. If it is pushed (4) without the other
+/// criteria, it begins a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

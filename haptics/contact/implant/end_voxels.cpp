@@ -24,15 +24,15 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels ahead, where bone's distance is evaluated again
+// voxels ahead of a tool voxel at which the distance from bone is evaluated again
 constexpr double kAhead = 1.5;
-// voxels of decrease up to there, from which it is an obstacle
+// voxels; a distance that decreases this much shows an obstacle
 constexpr double kFalls = 0.5;
-// voxels to an obstacle that blocks
+// voxels; an obstacle nearer than this blocks
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 
-/// At kBlock indices per call.
+/// Functions that read kBlock indices per call.
 struct Reader {
   /// Reads two neighbouring samples at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
@@ -55,7 +55,7 @@ void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
 #ifdef TYPODONT_GATHERS
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Masked: GCC 12 wrongly warns about those without.
+// Masked instructions, because GCC 12 warns wrongly about unmasked ones.
 namespace gathered {
 void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
   const __m512i none = _mm512_setzero_si512();
@@ -76,7 +76,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Up to three bytes more; tool voxels never lie at the patch's border.
+/// Reads up to three bytes more; tool voxels never lie at the border of the patch.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -98,43 +98,43 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// look_at_end() as plain data, near a voxel where floats are precise.
+/// Arguments of look_at_end() as plain data, relative to a near voxel, where floats are precise.
 struct Task {
   const EndVoxels& voxels;
   const EndLaw& law;
   Reader reader;
   const float* distance;
   const Tissue* tissue;
-  const std::uint8_t* hardness;  // null: no hardness per voxel
+  const std::uint8_t* hardness;  // null: the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
   glm::vec3 center;  // voxels, centre of the head
-  glm::mat3 R;       // T (m) to V (voxels)
-  // voxels, kAhead
+  glm::mat3 R;       // rotation and scale from T (m) to V (voxels)
+  // voxels, vector of length kAhead along the feed
   glm::vec3 beyond;
   float slowness;  // s/rad, 1 / spindle speed; 0: at rest
 };
 
-/// One array per property; flags are 0 or 1, as wide as numbers, to be vectorised.
+/// Data of kBlock voxels, one array per property. Flags are 0 or 1 and as wide as floats, so that loops are vectorised.
 struct alignas(64) Block {
   using Flag = std::int32_t;
 
-  // voxels, V
+  // voxels, positions in frame V
   float x[kBlock], y[kBlock], z[kBlock];
-  float field[kBlock];        // voxels from bone
-  float gap[kBlock];          // m, bone to the tool's surface here
-  Flag touches[kBlock];       // in contact
-  Flag stops[kBlock];         // touches what it cannot cut
-  float ahead[kBlock];        // voxels from bone at Task::beyond
-  std::int32_t at[kBlock];    // of the tissue sample
-  Flag label[kBlock];         // at Task::beyond
-  std::int32_t byte[kBlock];  // byte (dense_tissue.h)
+  float field[kBlock];        // voxels, distance from bone
+  float gap[kBlock];          // m, distance from the bone to the tool's surface
+  Flag touches[kBlock];       // 1: in contact
+  Flag stops[kBlock];         // 1: touches bone that it cannot cut
+  float ahead[kBlock];        // voxels, distance from bone at Task::beyond
+  std::int32_t at[kBlock];    // array index of the sample
+  Flag label[kBlock];         // tissue label at Task::beyond
+  std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // Area (m²) and × hardness in contact; eq. 2 of Zhao 2020 / feed speed: torque about the axis (N·s), and axial force
-  // × EndLaw::thrust_ratio (N·s/m).
+  // Area in contact (m²), and area × hardness. cut, thrust: eq. 2 of Zhao 2020 per feed speed: torque about the axis
+  // (N·s), and axial force × EndLaw::thrust_ratio (N·s/m).
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
-/// Trilinear, as sample_linear(). True: some within a voxel of bone.
+/// Interpolates trilinearly, as sample_linear(). Returns true if a voxel is within one voxel of bone.
 TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -158,7 +158,7 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
     u[i] = qx - static_cast<float>(ix), v[i] = qy - static_cast<float>(iy), w[i] = qz - static_cast<float>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
-  // Four pairs along z: one load each.
+  // Four pairs of samples along z, one load each.
   alignas(64) float low[4][kBlock], high[4][kBlock];
   const std::ptrdiff_t sy = n, sx = sy * sy;
   task.reader.pairs(task.distance, b.at, low[0], high[0]);
@@ -181,15 +181,15 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   return any != 0;
 }
 
-/// std::round() without a call.
+/// Rounds as std::round(), but without a function call.
 TYPODONT_INLINE std::int32_t rounded(float v) {
   const float whole = static_cast<float>(static_cast<std::int32_t>(v)), rest = v - whole;
   const float up = rest >= 0.5f ? 1.0f : 0.0f, down = rest <= -0.5f ? 1.0f : 0.0f;
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Obstacles continue ahead of the tool; a voxel that only touches bone beside it loses contact. Returns labels in
-/// contact, a bit each.
+/// Removes contact from voxels that only touch bone beside them: an obstacle must continue ahead of the tool. Returns a
+/// bit mask of the labels in contact.
 TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
   using Flag = Block::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
@@ -209,7 +209,7 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  Flag labels = 0;  // a bit per label
+  Flag labels = 0;  // one bit per label
   for (std::size_t i = 0; i < kBlock; ++i) {
     const Flag falls = b.field[i] - b.ahead[i] < static_cast<float>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
@@ -218,8 +218,8 @@ TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
   return static_cast<std::uint64_t>(labels);
 }
 
-/// Eq. 2 of Zhao 2020 for feed along -z; components across the axis cancel (add_cutting() has all). Without contact 0.
-/// True: some voxel stops the tool.
+/// Eq. 2 of Zhao 2020 for a feed along -z. Components across the axis cancel, so they are left out (unlike
+/// add_cutting()). Returns true if a voxel stops the tool.
 TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
   using Flag = Block::Flag;
   const EndLaw& law = task.law;
@@ -281,7 +281,7 @@ TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block&
   }
 }
 
-/// kBlock partial sums, vectorised.
+/// A sum as kBlock partial sums, which are vectorised.
 struct Sum {
   alignas(64) float parts[kBlock] = {};
   TYPODONT_INLINE void add(const float* summands) {
@@ -354,10 +354,10 @@ Task task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& l
 
 namespace {
 
-/// 2 × 2 equal ones across the axis become one. Not near the axis, where eq. 2's 1/r varies.
+/// Merges 2 × 2 equal voxels across the axis into one; not near the axis, where 1/r of eq. 2 varies.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // voxels from the axis, not merged
+  constexpr double kNearAxis = 8;  // voxels from the axis; nearer voxels are not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {
@@ -387,7 +387,7 @@ std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
 }  // namespace
 
 EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / voxels.ahead_fraction) {
-  constexpr float kNever = 1e9f;  // m outside, of padding
+  constexpr float kNever = 1e9f;  // m; padding voxels are this far outside, so they touch nothing
   constexpr double kRounding = 1e-9;
   std::vector<ToolVoxel> all(voxels.outer.begin(), voxels.outer.begin() + static_cast<std::ptrdiff_t>(voxels.ahead));
   if (2 * voxels.edge <= coarsest * (1 + kRounding)) all = merged(all, voxels.edge);

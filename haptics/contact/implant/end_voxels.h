@@ -1,4 +1,4 @@
-// Voxels of a tool's end, and the cutting law over them.
+// The tool voxels at the end of an implant tool, and the sum of the cutting law over them.
 #pragma once
 
 #include <cstddef>
@@ -11,57 +11,58 @@
 
 namespace typodont::haptics::implant {
 
-/// First ToolVoxels::ahead of ToolVoxels::outer, which move into the bone, as arrays; padding, never in contact, fills
-/// the last block.
+/// The first ToolVoxels::ahead voxels of ToolVoxels::outer, which move into the bone, as arrays. Padding fills the last
+/// block; it never has contact.
 struct EndVoxels {
-  static constexpr std::size_t kBlock = 32;  // number of tool voxels that are evaluated together
+  static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
-  /// All, in their order.
+  /// Stores all these voxels in their order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
-  /// Four become one where flat, up to an edge of `coarsest` (m): the field is linear in a voxel, finer gains nothing.
+  /// Merges four voxels into one where the tool is flat, up to an edge of `coarsest` (m). The bone's field is linear in
+  /// a voxel, so finer voxels give no better result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
-  std::vector<float> x, y, z;  // m, T
+  std::vector<float> x, y, z;  // m, positions in frame T
   std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
-  std::vector<float> area;     // m² of the tool's surface
-  // cosine of outward normal and feed -z
+  std::vector<float> area;     // m², surface area of the tool that the voxel represents
+  // cosine between the outward normal and the feed -z
   std::vector<float> facing;
   std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
-  std::vector<float> ability, inverse_ability;  // 0..1, and 1 / it (0 for 0)
-  std::vector<float> r;                         // m from the axis
+  std::vector<float> ability, inverse_ability;  // cutting ability 0..1, and its reciprocal (0 for 0)
+  std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // whole end / stored area: 1 / ToolVoxels::ahead_fraction
+  // whole end's area / stored area: 1 / ToolVoxels::ahead_fraction
   double fraction = 1;
 };
 
-/// SI.
+/// Parameters of the cutting law in this tick. SI.
 struct EndLaw {
-  double voxel = 0;  // m, of the patch
-  // m from the axis, within which a voxel that cannot cut stops the tool
+  double voxel = 0;  // m, voxel size of the patch
+  // m from the axis; within it, a voxel that cannot cut stops the tool
   double width = 0;
-  bool cuts = false;         // false, for example, at rest
-  double greatest_grey = 0;  // Hounsfield units that can be cut
+  bool cuts = false;         // false: the tool cannot cut, for example at rest
+  double greatest_grey = 0;  // Hounsfield units, densest bone that can be cut
   double speed = 0;          // rad/s, speed of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
-  // Hounsfield units: grey + grey_per_hardness · hardness.
+  // Hounsfield units; the grey value is grey + grey_per_hardness · hardness.
   PerTissue grey{}, grey_per_hardness{};
 };
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;  // on the tool, T, / feed speed along -z
-  double free = 1e9;     // m until what cannot cut touches bone
-  double engaged = 0;    // m² of the end in contact
-  // m² of these, blocked: num_cd of Zhao 2020
+  CuttingWrench wrench;  // force and torque per feed speed along -z, frame T
+  double free = 1e9;     // m, motion until a voxel that cannot cut touches bone
+  double engaged = 0;    // m², area of the end in contact
+  // m², area of blocked voxels: num_cd of Zhao 2020
   double collided = 0;
-  double greatest_grey = 0;  // Hounsfield units, greatest in contact
-  PerTissue tissue{};        // m² of `engaged`, per tissue
-  PerTissue hardness{};      // m² × hardness, per tissue
+  double greatest_grey = 0;  // Hounsfield units, largest grey value in contact
+  PerTissue tissue{};        // m², `engaged` for each tissue
+  PerTissue hardness{};      // m² × hardness, for each tissue
 };
 
-/// Cutting law, and obstacles ahead. `center_V`: voxels. The patch must reach two voxels beyond. Weights fall from 1 at
-/// bone to 0 a voxel away, so forces are continuous. Fixed order: same bits everywhere.
+/// Sums the cutting law over the end, and finds obstacles ahead. `center_V`: head's centre, voxels. The patch must
+/// extend two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Same bits on every processor.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

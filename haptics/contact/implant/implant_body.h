@@ -1,4 +1,4 @@
-// "implant" on the carver thread: the field of "offset", with placed implants.
+// The carver's part of "implant": the tissue of "offset", with placed implants.
 #pragma once
 
 #include <span>
@@ -9,19 +9,19 @@
 
 namespace typodont::haptics::implant {
 
-/// The part of the contact model "implant" that runs on the carver thread.
+/// The carver's part of the contact model "implant".
 class ImplantBody final : public offset::FieldBody {
  public:
-  /// Throws Error for a bed outside bone.
+  /// Throws Error if a bed is not inside bone.
   ImplantBody(TissueVolume tissue, std::span<const Tool> tools, const std::vector<Bed>& beds);
 
-  /// A placed implant, at the cut's pose.
+  /// Adds a placed implant at the pose of the cut.
   void fill(const Cut& cut) override;
   bool wants_snapshot(Nanos) const override { return placed_; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
 
  private:
-  bool placed_ = false;  // since the last snapshot
+  bool placed_ = false;  // true: an implant was placed since the last snapshot
 };
 
 }  // namespace typodont::haptics::implant

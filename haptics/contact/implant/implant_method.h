@@ -1,4 +1,5 @@
-// Zhao et al. 2020. Outside a bed as "offset"; in it, along the axis and about it (README.md).
+// The contact method "implant" (Zhao et al. 2020). Outside a bed, it behaves as "offset"; in a bed, the tool moves
+// along and about the bed's axis (README.md).
 #pragma once
 
 #include <optional>
@@ -10,65 +11,65 @@ namespace typodont::haptics::implant {
 
 inline constexpr std::string_view kName = "implant";
 
-/// A hole in bone, or a placed implant's bore. SI, W.
+/// A hole in bone, or an implant's bore. Frame W.
 struct Bed {
-  dvec3 entry_W{0};        // m, where the axis meets the bone's surface
+  dvec3 entry_W{0};        // m, point where the axis meets the bone's surface
   dvec3 axis_W{0, 0, -1};  // unit vector to the bottom
-  double depth = 0;        // m, entry to bottom
-  double radius = 0;       // m, widest tool so far
-  double tapped = 0;       // m from the entry inward; 0: none
-  bool bore = false;       // of a placed implant
+  double depth = 0;        // m, from the entry to the bottom
+  double radius = 0;       // m, radius of the widest tool so far
+  double tapped = 0;       // m, depth of the cut thread; 0: none
+  bool bore = false;       // true: the bore of a placed implant
 };
 
-/// SI. Without a source: our choice, reasons in README.md.
+/// SI. Values without a source are explained in README.md.
 struct Parameters {
-  // m, edge; Zhao 2020: 0.06 mm for 4.2 × 12 mm
+  // m, edge of a tool voxel. Zhao 2020: 0.06 mm for a tool of 4.2 × 12 mm.
   double tool_voxel = 0.06e-3;
-  int layers = 2;  // tool voxels (Zhao 2020: "1~2")
-  // m of the tip from the axis, and below the entry: criterion 1
+  int layers = 2;  // number of layers of tool voxels (Zhao 2020: "1~2")
+  // m; criterion 1: largest distance of the tip from the axis, and below the entry
   double centre_tolerance = 0.5e-3;
-  // m before the entry, too: a wide tool meets a sloping rim first
+  // m; criterion 1: largest distance of the tip above the entry, because a wide tool meets a sloping rim first
   double rim_above = 1.5e-3;
-  // m wider than the bed, for tools that do not widen it
+  // m; criterion 2: a tool that does not widen the bed may be wider by this
   double radius_tolerance = 0.1e-3;
-  // m wider, for a drill that does
+  // m; criterion 2: a drill may be wider by this
   double widening = 0.6e-3;
-  // m narrower, at most; below, it moves freely in the bed
+  // m; criterion 2: a tool may be narrower by this; a narrower one moves freely in the bed
   double loose = 0.75e-3;
-  // rad (10 degrees) between the axes
+  // rad (10 degrees); criterion 3: largest angle between the axes
   double axis_tolerance = 0.175;
-  // N along the axis: criterion 4
+  // N along the axis; criterion 4: smallest push
   double enter_force = 0.3;
-  // m outside the entry, to leave
+  // m outside the entry, where the tool leaves the bed
   double leave = 0.3e-3;
-  double least_depth = 0.5e-3;  // m; shallower holes are no beds
+  double least_depth = 0.5e-3;  // m; a shallower hole is not a bed
   // Parameters of the motion in a bed.
   double mass = 0;              // kg (Zhao 2020, eq. 5); 0: no inertia
-  double turn_stiffness = 1.0;  // N·m/rad, to the axis
-  double switch_slew = 8;       // N/s after entering or leaving
-  // rad/s after entering or leaving
+  double turn_stiffness = 1.0;  // N·m/rad, spring that turns the tool to the bed's axis
+  double switch_slew = 8;       // N/s, rate of the force after entering or leaving
+  // rad/s, rate of the rotation after entering or leaving
   double turn_slew = 0.5;
-  double sliding_drag = 2;  // N·s/m, sliding in the bed
-  double steps = 1;         // voxels per tick (Zhao 2020, eq. 9)
-  // eq. (7) as printed: moves only at an obstacle; otherwise corrected (README.md)
+  double sliding_drag = 2;  // N·s/m, drag of sliding in the bed
+  double steps = 1;         // voxels, largest motion per tick (Zhao 2020, eq. 9)
+  // true: eq. 7 as printed, which moves only at an obstacle; false: corrected (README.md)
   bool as_printed = false;
-  // Hounsfield units at hardness 1
+  // Hounsfield units, grey value of each tissue at hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
-         soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
-  // N·m of the reference implant (torque_surface) in reference bone (torque_grey); × (grey /
-  // torque_grey)^torque_exponent, and × tapped_share in a cut thread.
+         soft_grey = 50;  // grey value of nerve and gum
+  // N·m, insertion torque of the reference implant (torque_surface) in reference bone (torque_grey). In other bone: ×
+  // (grey / torque_grey)^torque_exponent; in a cut thread: × tapped_fraction.
   double torque = 0.489;
-  // Hounsfield units, 0.64 g/cm³
+  // Hounsfield units of the reference bone, 0.64 g/cm³
   double torque_grey = 1050;
-  // fitted to 48.9 N·cm at 0.64 and 11.7 N·cm at 0.32 g/cm³
+  // fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
-  double torque_surface = 163e-6;  // m², of 4 × 13 mm
-  // of the insertion torque, with a cut thread
+  double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
+  // torque in a cut thread / torque without thread
   double tapped_fraction = 0.6;
-  std::vector<Bed> beds;  // at the start
+  std::vector<Bed> beds;  // beds at the start of the session
 };
 
-/// README.md. Throws Error.
+/// Reads the parameters (README.md). Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::implant

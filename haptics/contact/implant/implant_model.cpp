@@ -10,18 +10,18 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; slower is at rest
-// m of the tip from the axis; no cutting beyond
+constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
+// m of the tip from the axis; farther away, the tool does not cut
 constexpr double kAtPlace = 2e-6;
-// Cosine of force and axis, above which the tip touches.
+// Cosine of force and axis above which the tip touches.
 constexpr double kTipContactCosine = 0.5;
-constexpr double kThreadGrips = 0.2e-3;  // m at which a thread engages
-// m from the final depth, or the bottom: seated
+constexpr double kThreadGrips = 0.2e-3;  // m, depth at which a thread engages
+// m from the final depth or the bottom at which an implant is seated
 constexpr double kSeated = 0.05e-3;
-// Of the stall torque: full speed up to (1 - this), then linear to zero.
+// Torque in fractions of the stall torque: full speed up to (1 - this), then linearly down to zero.
 constexpr double kSpeedHeldUpTo = 0.1;
-constexpr double kTorqueTime = 4e-3;  // s, low-pass of the axial torque
-// m between samples of a bed's depth
+constexpr double kTorqueTime = 4e-3;  // s, time constant of the filter for the axial torque
+// m between samples along the axis when the depth of a bed is measured
 constexpr double kAcross = 0.05e-3;
 
 dvec3 axis_of(const dquat& R_WT) {
@@ -83,7 +83,8 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// False in a bed: a drill must be withdrawn. A placed implant stays, so another tool can be taken.
+/// Returns false in a bed, because a drill must be withdrawn first. A placed implant stays in bone, so another tool can
+/// be taken.
 bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
@@ -98,7 +99,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
 
-/// Forward only: drills do not cut backwards.
+/// Returns true if the spindle rotates forward, as cutting requires.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
   return in.cuts && in.spindle > kLeastSpindleSpeed;
 }
@@ -115,11 +116,11 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
   return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
 }
 
-/// Before the end.
+/// Evaluates the voxels at the tool's end.
 EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
-  // One voxel less than the tool's radius: the wall of an equally wide bed is no obstacle.
+  // One voxel less than the radius, so that the wall of an equally wide bed is not an obstacle.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
   law.greatest_grey = implant.greatest_grey;
@@ -128,13 +129,13 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// m, entry to present bottom; after an undo the stored depth may be too large.
+/// Measures the depth of a bed in m. The stored depth may be too large after an undo.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels; below is bone
+  constexpr double kInBone = -0.5;  // voxels; a lower distance is inside bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;
@@ -162,7 +163,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// The rest of the jump at entering or leaving, so that the pose changes gradually.
+/// Adds the remaining difference of the last entering or leaving, so that the pose changes gradually.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -184,7 +185,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts outside. The jump at leaving fades; until then it does not cut.
+  // Outside beds, only a round bur cuts, and not while the difference of the last bed decreases.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -202,7 +203,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Zhao 2020; bed_criteria.h. True: entered.
+/// Enters a bed if the criteria of Zhao 2020 are met (bed_criteria.h). Returns true if the tool has entered.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -223,14 +224,14 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // Also without touching the rim, where criterion 4 fails.
+    // The tip may also slide in without touching the rim, so that criterion 4 fails.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // From the last tick's pose: this one may jump at the rim.
+    // Starts from the last tick's pose, because the current pose may have jumped at the rim.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -259,7 +260,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Free from here; the jump fades.
+/// Ends the motion in a bed. The tool is then free, and the difference of the pose decreases to zero.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -294,7 +295,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // Left along the axis: follows the hand.
+    // The tool has left the bed and follows the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -307,9 +308,9 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = look_.engaged;
 }
 
-/// m, drill or gauge, this tick.
+/// Axial motion of drill or gauge in this tick, m.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // Until the tip is on the axis, or the entry would be oval.
+  // Cuts only if the tip is on the axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);
@@ -319,7 +320,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
-  // Inward only; withdrawal meets no cutting force.
+  // Cutting force acts only inward, not on withdrawal.
   const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
@@ -330,7 +331,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Until it has caught up with the hand, by switch_slew. (A perforating drill is not limited.)
+/// Limits the step by switch_slew until the tool has caught up with the hand. A perforating drill is not limited.
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -339,12 +340,13 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// m, this tick, of thread cutter, implant or screw: a pitch per turn once engaged. `wanted`: m, the hand's.
+/// Motion of a thread cutter, implant or screw in this tick, m: one pitch per turn once the thread has engaged.
+/// `wanted`: motion to the hand, m.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
   const double most = parameters_.steps * voxel();
-  double turn;  // rad, positive clockwise
+  double turn;  // rad, positive: clockwise
   if (implant.by_hand) {
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
@@ -356,7 +358,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // Not engaged: slides, or is drawn in if pushed.
+    // Before the thread engages, the tool slides, or is drawn in if it is pushed.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -368,18 +370,18 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // +1 or -1 about z, against the thread's rotation; none at rest. Positive by motor, negative by hand.
+  // Sign of the felt torque about z: positive with a motor, negative by hand; zero without rotation.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_fraction * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // All in bone, or at the bottom of a shallow bed.
+  // The implant is seated if it is completely in bone, or at the bottom of a shallow bed.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }
 
-/// N·m with the tip at `tip` (m) (README.md, "Insertion torque").
+/// Torque of the thread with the tip at the depth `tip` (m), N·m (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
   constexpr double kApart = 1e-3;  // m along the axis between samples
@@ -399,7 +401,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
-  const double lever = r / 2e-3;  // / reference radius, 2 mm
+  const double lever = r / 2e-3;  // radius / reference radius (2 mm)
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }
 
@@ -430,12 +432,12 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Not a placed implant: the snapshot has it.
+/// Repeats a cut; a placed implant is already in the snapshot.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
-/// Over all outer voxels of a round bur.
+/// Torque of a round bur: the sum of the cutting law over all its outer voxels.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = out.p_WG - in.X_WG.p;
   const double speed = glm::length(way) / in.dt;
@@ -458,7 +460,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// No bone ahead: from the wall beside the end. Returns samples with tissue.
+/// If there is no bone ahead, reads the tissue from the wall beside the end. Returns the number of samples with tissue.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -489,7 +491,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // The wall's normal forces are not computed: axial torque only.
+  // Only the axial torque is computed, not the wall's forces.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

@@ -1,4 +1,4 @@
-// "implant" (README.md) on the servo thread.
+// The servo's part of "implant" (README.md).
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace typodont::haptics::implant {
 
-/// ServoTick::level. `kFree`: outside, all degrees of freedom; 1 to 4: in a bed, along and about its axis; `kPlaced`:
-/// stays in bone, the hand is empty.
+/// Kind of motion; the value of ServoTick::level. `kFree`: outside a bed, all degrees of freedom. 1 to 4: in a bed,
+/// along and about its axis. `kPlaced`: the implant stays in bone, and the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -25,10 +25,10 @@ enum class Motion : std::uint32_t {
   kPlaced = 5
 };
 
-/// Of a placed implant; scenes give it titanium's properties.
+/// Label of a placed implant; scenes give it titanium's properties.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
 
-/// Servo thread. SI unless stated. T: tool, V: voxels.
+/// Servo thread only. SI units unless another unit is stated. Frames: T tool, V voxels.
 class ImplantModel final : public offset::OffsetModel {
  public:
   ImplantModel(const ServoSettings& settings, const Parameters& parameters);
@@ -42,9 +42,9 @@ class ImplantModel final : public offset::OffsetModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
-  /// In order of creation.
+  /// Beds in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
-  /// Voxels of the present tool, for benchmarks.
+  /// Voxels of the current tool, for benchmarks.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
@@ -58,11 +58,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // In kFree (Motion).
+  // Used in the state kFree (Motion).
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // In states 1 to 4 (Motion).
+  // Used in the states 1 to 4 (Motion).
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -75,36 +75,36 @@ class ImplantModel final : public offset::OffsetModel {
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
 
   Parameters parameters_;
-  std::vector<ToolVoxels> voxels_;  // voxel models, one for each tool
-  std::vector<EndVoxels> ends_;     // before each tool's end
-  // of the tissues; look_ahead() adds tool and tick
+  std::vector<ToolVoxels> voxels_;  // one for each tool
+  std::vector<EndVoxels> ends_;     // voxels at the end of each tool
+  // Cutting law with the properties of the tissues; look_ahead() adds those of the tool and the tick.
   EndLaw law_;
-  // Thread's torque here / in reference bone, per tissue and hardness byte.
+  // Torque of a thread / torque in reference bone, for each tissue and hardness byte.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  // around the axis, T
+  // directions around the tool's axis, frame T
   std::array<dvec3, 12> around_thread_;
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
   bool in_bed_ = false;
-  bool easing_ = false;  // entered, not yet at the hand
+  bool easing_ = false;  // true: the tool is in a bed, but not yet at the hand
   std::size_t bed_ = 0;  // index of the bed that contains the tool
-  double tip_ = 0;       // m, tip below the entry
-  double entered_ = 0;   // m, tip when it entered
+  double tip_ = 0;       // m, depth of the tip below the entry
+  double entered_ = 0;   // m, depth of the tip when it entered
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;         // look_ahead() of this tick
+  EndLook look_;         // result of look_ahead() in this tick
   double torque_ = 0;    // N·m, low-pass filtered torque about the tool's axis
-  bool seated_ = false;  // at its final position
-  bool placed_ = false;  // the hand holds no tool
+  bool seated_ = false;  // true: the implant is at its final position
+  bool placed_ = false;  // true: an implant was placed; the hand holds nothing
 
-  // Jump at the last entering or leaving; fades.
+  // Difference of the pose at the last entering or leaving; decreases to zero.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
-  bool blended_ = false;   // not zero in the last tick
-  bool switched_ = false;  // in the last tick
+  bool blended_ = false;   // true: the difference was not zero in the last tick
+  bool switched_ = false;  // true: the tool left a bed in the last tick
 };
 
 }  // namespace typodont::haptics::implant

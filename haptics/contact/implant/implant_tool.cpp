@@ -22,8 +22,8 @@ constexpr std::array<std::pair<ImplantToolKind, std::string_view>, 6> kKinds = {
 }};
 constexpr double kRpm = 2 * kPi / 60;       // rad/s, one revolution per minute
 constexpr double kNewtonCentimetre = 1e-2;  // N·m, one newton centimetre
-constexpr double kMostGrey = 1e5;           // Hounsfield units, legal in a file
-// rpm, legal in a file, far above real motors
+constexpr double kMostGrey = 1e5;           // Hounsfield units, largest value that a file may state
+// rpm, largest value that a file may state; far above real motors
 constexpr double kMostSpeed = 5000;
 
 }  // namespace

@@ -10,25 +10,25 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Cosine of normal and feed -z, above which a voxel is of the end.
+// A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger.
 constexpr double kFacingEnd = 0.5;
-// voxels from the axis, where 1/r is averaged
+// voxels from the axis up to which 1/r is averaged over the voxel
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // parts per edge, for it
+constexpr int kParts = 8;           // parts of an edge for this average
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// voxels below the surface, where the normal is computed again
+// voxels below the surface where the normal is computed again
 constexpr double kWithin = 0.05;
-// cosine of both normals, below which the rim is sharp
+// a rim is sharp if the cosine between these two normals is smaller
 constexpr double kSmooth = 0.97;
 
-/// Over the voxel's square across the axis.
+/// Mean of 1/r over the voxel's square across the axis.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {
-      // Even: none is centred on the axis.
+      // The number of parts is even, so that none is centred on the axis.
       const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
       sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
     }
@@ -58,15 +58,15 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
       for (int z = -below; z <= above; ++z) {
-        // In layers along the axis, a flat end half-way between two.
+        // Layers along the axis; a flat end lies half-way between two of them.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end touches only if the shank does.
+        // The upper end has no voxels, because it touches only if the shank does.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // Nearest to the rim itself: no area.
+        // A voxel that is nearest to a sharp rim represents no area.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

@@ -7,15 +7,16 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// m, overlap by rounding
+// m, overlap that counts as rounding error
 constexpr double kOverlap = 1e-9;
-// In radii, at rest: otherwise a sharp rim could not re-enter its own hole, which is just as wide.
+// Tolerated overlap at rest, in radii. Without it, a sharp rim could not enter its own hole again, which has the same
+// width.
 constexpr double kSlack = 0.01;
-// Of HeadPoints::kept, from which the next list is begun.
+// fraction of HeadPoints::kept that the head moves before the next list is begun
 constexpr double kAhead = 0.4;
-// faces or points per tick
+// largest effort per tick for the next list (faces, points)
 constexpr int kMostListed = 600;
-constexpr double kLiftReach = 2e-3;  // m, for the surface, from inside
+constexpr double kLiftReach = 2e-3;  // m, distance within which the surface is searched from inside
 
 }  // namespace
 
@@ -23,7 +24,7 @@ double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const no
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
 
-/// The head's centre at c.
+/// Makes list_ valid for the head's centre at c.
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
   if (HeadPoints* const prepared = std::exchange(prepared_, nullptr);
       prepared && moved_since(*prepared, c) <= prepared->kept) {
@@ -42,7 +43,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// A part, begun before it is needed.
+/// Continues the next list by one part, so that it is complete before it is needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!listed_ || list_.points.empty()) return;
   if (!lister_.open()) {
@@ -54,7 +55,7 @@ void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (lister_.work(grid, head_, next_, kMostListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
 }
 
-/// m, centre at c.
+/// Smallest distance of a contact point from a head with its centre at c, m.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = list_.margin - moved_since(list_, c);
@@ -72,7 +73,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   put_free(p);
   if (grid.inside(p)) {
     const TriangleGrid::Nearest near = grid.nearest(p, kLiftReach);
-    if (!near.found) return false;  // too deep for a surface: rests
+    if (!near.found) return false;  // too deep to find a surface: the head stays here
     const dvec3 n = grid.face(near.face).normal();
     const double size = glm::length(n);
     c_ = near.p + head_.reach() * (size > 0 ? n / size : dvec3(0, 0, 1));

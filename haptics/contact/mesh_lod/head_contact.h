@@ -9,8 +9,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Computes the contact of a head that is not a ball from the contact points around it. While one list of these points
-/// is valid, the next list is made, a part of it in each tick.
+/// Contact of a head that is not a ball, from the contact points around it. While one list of points is valid, the next
+/// list is made in parts, one part per tick.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool) : head_(tool) {}
@@ -38,8 +38,8 @@ class HeadContact final : public SurfaceContact {
  private:
   double margin() const noexcept { return vertex::FollowParameters::margin * head_.radius(); }
   double kept() const noexcept { return vertex::FollowParameters::kept * head_.radius(); }
-  /// Returns the largest displacement (m) of any point of the head since the points of `list` were found. `c`: present
-  /// position of the head's centre.
+  /// Largest displacement (m) of any point of the head since the points of `list` were found. `c`: current centre of
+  /// the head.
   double moved_since(const HeadPoints& list, const dvec3& c) const noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_ahead(const TriangleGrid& grid) noexcept;
@@ -50,10 +50,11 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};
   HeadLister lister_;
-  HeadPoints list_;  // the present list
-  HeadPoints next_;  // next list of contact points, which lister_ makes while list_ is valid
+  HeadPoints list_;  // the list in use
+  HeadPoints next_;  // the next list, which lister_ makes while list_ is valid
   bool listed_ = false;
-  HeadPoints* prepared_ = nullptr;  // contact points that the carver thread listed in the present mesh, or null
+  HeadPoints* prepared_ = nullptr;  // contact points in the current mesh, listed by the carver thread; null: there are
+                                    // none
 };
 
 }  // namespace typodont::haptics::mesh_lod

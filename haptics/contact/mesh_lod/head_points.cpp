@@ -24,7 +24,7 @@ double longest_edge2(const Face& face) noexcept {
   return longest2;
 }
 
-/// Returns the number of additional contact points on a face whose edges are divided into n parts.
+/// Number of additional points on a face whose edges are divided into n parts.
 std::size_t points_on(int n) noexcept {
   return static_cast<std::size_t>((n + 1) * (n + 2) / 2 - 3);
 }
@@ -101,8 +101,7 @@ bool HeadLister::is_free(const TriangleGrid& grid, const vertex::VertexHead& hea
   return free;
 }
 
-/// Adds the corner p of a face to the contact points. Equal corners of adjacent faces become one point with the sum of
-/// their areas.
+/// Adds the corner p of a face. Equal corners of adjacent faces become one point with the sum of their areas.
 void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_area, HeadPoints& list) noexcept {
   std::size_t slot = hash_of(p) >> (64 - kSlotBits);
   for (; slots_[slot] != kFree; slot = (slot + 1) & (slots_.size() - 1)) {
@@ -120,12 +119,12 @@ void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_a
 void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept {
   const glm::vec3 axis(R_WT_[2]);
   const dvec3 c = list.points.listed_at().p;
-  // Each small triangle gives a third of its area to each of its three corners.
+  // A small triangle's area is divided equally among its corners.
   const auto each_point = [&](const Face& face, int n, auto&& use) {
     vertex::each_face_point(face.a, face.b, face.c, n, use);
   };
   for (std::size_t first = 0, last = 0; first < near_.size(); first = last) {
-    // Computes the distances of the additional points for as many faces as fit into the buffer.
+    // Computes distances for as many faces as the buffer holds.
     distances_.clear();
     std::uint32_t number = 0;
     for (last = first; last < near_.size(); ++last) {

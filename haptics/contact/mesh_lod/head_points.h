@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Returns true for a bur that is not a ball: contact is then computed for its whole head.
+/// Returns true for a bur that is not a ball: contact is computed for its whole head, not for its end.
 inline bool whole_head(const Tool& tool) noexcept {
   return tool.cuts && tool.shape != HeadShape::kSphere;
 }
@@ -28,42 +28,38 @@ struct HeadPoints {
   };
 
   mesh::NearPoints points{kMost};
-  std::vector<PointArea> areas;  // one for each point
-  // m. margin: the list contains all points within this distance of the head at the pose for which it was made
-  // (points.listed_at()). kept: the list is used until the head has moved by more than this.
+  std::vector<PointArea> areas;  // one for each contact point
+  // m. margin: the list contains all points within this distance of the head at its pose points.listed_at(). kept:
+  // motion of the head up to which the list is used.
   double margin = 0, kept = 0;
 
   HeadPoints() { areas.reserve(kMost); }
 };
 
-/// Lists contact points: the corners of the faces near a head, and additional points on large faces, so that a coarse
-/// mesh has enough points. A face is large if an edge is longer than the spacing of contact points for this head
-/// (kSpacing). The contact model "vertex" uses the same points (contact/vertex/README.md). Cut surfaces need no
-/// additional points, because their vertices are dense. Any thread; allocates only in the constructor.
+/// Lists contact points near a head: corners of faces, and additional points on faces with an edge longer than
+/// kSpacing, as in the model "vertex" (contact/vertex/README.md). Any thread; allocates only in the constructor.
 class HeadLister {
  public:
   static constexpr int kNoLimit = std::numeric_limits<int>::max();
 
   HeadLister();
 
-  /// Begins the list of all points within `margin` (m) of a head at X_W, to be used until the head has moved by `kept`
-  /// (m). Finds the faces near the head.
+  /// Begins the list of all points within `margin` (m) of a head at X_W. The list is used until the head has moved by
+  /// `kept` (m). Finds the faces near the head.
   void begin(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W, double margin, double kept,
              HeadPoints& list) noexcept;
-  /// Continues the list that begin() has begun, with the same grid, head and list. Stops when the effort reaches about
-  /// `most`; a face and a contact point count 1 each. Returns true if the list is complete. The list does not depend on
-  /// the number of calls.
+  /// Continues the list with the arguments of begin(), until the effort (faces + contact points) reaches about `most`.
+  /// Returns true if the list is complete. The result does not depend on the number of calls.
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
-  /// Returns true while a list is being made: after begin(), until work() has returned true.
+  /// Returns true while a list is incomplete: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }
-  /// Returns true if none of these contact points is inside a head at X_W.
+  /// Returns true if no contact point is inside the head.
   static bool is_free(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W) noexcept;
   void cancel() noexcept { open_ = false; }
 
  private:
   static constexpr int kSlotBits = 15;
-  // Spacing of contact points as a ratio to the head's radius. It equals the edge length of a surface that a cut
-  // produces (VertexMethod::edge_for).
+  // Spacing of contact points / head's radius; equals the edge length of cut surfaces (VertexMethod::edge_for).
   static constexpr double kSpacing = 1.0 / 6;
   static double spacing(const vertex::VertexHead& head) noexcept {
     return vertex::CutParameters::longest * kSpacing * head.radius();
@@ -82,10 +78,10 @@ class HeadLister {
   bool open_ = false;
   glm::dmat3 R_WT_{1};
   std::vector<std::uint32_t> found_;  // faces near the head
-  std::size_t at_ = 0;                // index in found_ at which work() continues
-  std::vector<NearFace> near_;        // faces near the head, from the part of found_ that work() examines now
+  std::size_t at_ = 0;                // index in found_ of the next face to examine
+  std::vector<NearFace> near_;        // near faces among those of found_ that work() examines
   vertex::HeadDistances distances_{HeadPoints::kMost};
-  // hash table that maps the position of a corner to the index of the contact point at this position
+  // hash table: corner position → index of its contact point
   std::vector<std::uint32_t> slots_;
 };
 

@@ -22,32 +22,33 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Vertices of levels 2 and 3 / level 1: 33,140, 13,306 and 7,443 in Wang et al. 2009, Table 2.
+// Vertices of levels 2 and 3 divided by level 1 (33,140, 13,306 and 7,443: Wang et al. 2009, Table 2).
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
-constexpr std::size_t kFewestVertices = 64;  // of a level without a given number
-// Attempts with other numbers of triangles.
+constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level by default
+// largest number of attempts with different numbers of triangles
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // of the requested vertices
+constexpr double kNear = 0.005;  // allowed difference in the number of vertices / requested number
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// Function type of meshopt_simplify.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// meshopt_simplify from TYPODONT_MESHOPTIMIZER, at the first call: other models do not need it. Throws Error if
+/// Loads meshopt_simplify at the first call, because other models do not need it. Throws Error if the library is
 /// missing.
 Simplify* load_simplifier() {
   static Simplify* const simplify = [] {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
     void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
     if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
-    // Does not compile for another type.
+    // does not compile if meshopt_simplify has another type
     return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);
   }();
   return simplify;
 }
 #endif
 
-/// To about so many triangles; open borders stay. `positions`: x, y, z each. Throws Error without meshoptimizer.
+/// Simplifies to about `triangles` triangles; open borders remain. `positions`: x, y, z of each vertex. Throws Error
+/// without meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -65,7 +66,7 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
-    // Copied per tissue at borders: the simplifier keeps such seams.
+    // Vertices at borders of tissues are copied for each tissue, because the simplifier preserves such seams.
     std::unordered_map<std::uint64_t, unsigned> copies;
     const dvec3 from = mesh.vertices[mesh.triangles.front().x];
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -82,7 +83,7 @@ class Simplifier {
       }
     }
   }
-  /// With unused vertices still in it.
+  /// Mesh with about `triangles` triangles; it still contains unused vertices.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
     TissueMesh result;
@@ -99,8 +100,8 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // original per copy
-  std::vector<Tissue> tissue_;           // for each copy of a vertex: its tissue
+  std::vector<std::uint32_t> original_;  // index of the original vertex of each copy
+  std::vector<Tissue> tissue_;           // tissue of each copy
   std::vector<float> positions_;         // m from the first vertex
 };
 
@@ -159,7 +160,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // About two triangles per vertex, fewer with open borders.
+  // A mesh has about two triangles per vertex, fewer with open borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -188,7 +189,7 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // From the smallest index on, increasing: opposite orientations differ.
+  // Returns true if the vertices, starting at the smallest, increase. Opposite triangles give different results.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);
@@ -238,7 +239,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  // m, to the other level's surface
+  // m, search distance for the other level's surface
   constexpr double kFar = 20e-3;
   constexpr std::size_t kSamples = 20'000;
   double most = 0;

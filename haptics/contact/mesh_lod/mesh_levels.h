@@ -1,4 +1,4 @@
-// Subdivides a mesh that is too coarse, simplifies by meshoptimizer. Set-up.
+// Makes the levels of detail: subdivides a mesh that is too coarse, simplifies with meshoptimizer. Set-up only.
 #pragma once
 
 #include <memory>
@@ -10,38 +10,40 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// With at least one triangle.
+/// Number of vertices that belong to at least one triangle.
 std::size_t vertex_count(const TissueMesh& mesh);
-/// Four per triangle, same surface.
+/// Divides each triangle into four. The surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// One pass to about `part` of the triangles, or more if borders forbid. Carver thread.
+/// Simplifies in one pass to about the fraction `part` of the triangles, or more if the border forbids it. Carver
+/// thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// Within 1 % if possible. Open borders stay, borders of tissues keep their line; vertices do not move.
+/// Simplifies to `vertices` vertices, within 1 % if possible. Vertices do not move; open borders and borders of tissues
+/// remain.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
-/// Requested vertices.
+/// Numbers of vertices that the scene requests.
 struct LevelOptions {
-  // of the base mesh; empty: the given mesh
+  // number of vertices of the base mesh; empty: the given mesh is used
   std::optional<std::size_t> vertices;
-  // finest first; empty: 100 %, 40.15 % and 22.46 %
+  // numbers of vertices of the levels, finest first; empty: 100 %, 40.15 % and 22.46 %
   std::vector<std::size_t> levels;
 };
 
-/// Finest first; constant, shared by both threads.
+/// The meshes of all levels, finest first. Constant, and shared by servo and carver thread.
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // number of vertices of each level, finest first
   TissueMesh finest;                  // mesh of the finest level
 };
-/// Throws Error for more vertices than possible, increasing levels, or an empty list.
+/// Throws Error if a level has more vertices than is possible, if levels increase, or if the list is empty.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
-/// From which levels are made.
+/// Mesh from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
-/// Without opposite pairs on the same corners, which a flat surface's simplification leaves: an edge with four faces
-/// would count as border.
+/// Removes pairs of opposite triangles with the same corners, which simplification leaves on flat surfaces. With them,
+/// an edge would have four faces, and count as a border.
 TissueMesh without_double_faces(const TissueMesh& mesh);
 
-/// m, larger one-sided Hausdorff distance, at corners and midpoints.
+/// Larger of the two one-sided Hausdorff distances, m, measured at corners and midpoints.
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

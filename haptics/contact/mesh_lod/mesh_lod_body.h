@@ -1,4 +1,4 @@
-// "mesh_lod" on the carver thread: levels, and the mesh that cuts change.
+// The carver's part of "mesh_lod": the levels of detail, and the mesh that cuts change.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// S3's geometry thread. Cuts move and split the finest level's faces, as in "vertex"; the servo gets those around the
-/// tool 30 times per second.
+/// The geometry thread of paper S3. Cuts move and split faces of the finest level, as in "vertex"; 30 times per second
+/// the servo receives the faces around the tool.
 class MeshLodBody final : public TissueBody {
  public:
   /// Throws Error if the tissue has no surface.
@@ -48,18 +48,19 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  // m: tool's way until the next snapshot; farthest point from T's origin, all tools.
+  // m: distance that the tool may move until the next snapshot; largest distance of a tool's point from the origin of
+  // frame T
   double travel_, reach_ = 0;
-  bool cut_ = false;            // true if the tissue was cut
-  std::optional<Nanos> first_;  // first cut since the last snapshot
-  // per tool, if contact is the whole head's; otherwise empty
+  bool cut_ = false;            // true: the tissue was cut
+  std::optional<Nanos> first_;  // ns, time of the first cut since the last snapshot
+  // for each tool: its head if contact is computed for the whole head, otherwise empty
   std::vector<std::optional<vertex::VertexHead>> heads_;
-  std::unique_ptr<HeadLister> lister_;          // null: no such head
+  std::unique_ptr<HeadLister> lister_;          // null: no tool needs contact points of its whole head
   std::uint32_t tool_ = MeshSnapshot::kNoTool;  // the tool that made the last cut
-  Pose X_W_;                                    // of `tool_`, after the last cut
+  Pose X_W_;                                    // pose of the tool after the last cut
 };
 
-/// m until the next snapshot.
+/// Distance a tool may move until the next snapshot, m.
 double travel_for(std::span<const Tool> tools);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -14,25 +14,24 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kSpeedTime = 20e-3;               // s, time constant of the low-pass filter for the hand's speed
-constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance for the surface around a tool without contact
-// m, search distance: the tissue at a point is that of the nearest face if the face is at most this far away
+constexpr double kSpeedTime = 20e-3;               // s, time constant of the filter for the hand's speed
+constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a tool without contact
+// m; the nearest face up to here gives a point's tissue
 constexpr double kNearby = 0.2e-3;
-constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
-// weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
+constexpr double kLeastStep = 1e-9;  // m, smaller steps of a cut are skipped
+// weight of each new measurement of measured / estimated volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot that are already cut. The two
-// limits are ratios to the bur's radius. kMostSunk: largest overlap of head and faces. kMostSunkAlong: largest distance
-// that the bur may cut without a new snapshot.
+// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur: overlap of
+// head and faces; distance that the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
-constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
-// smallest and largest allowed ratio of measured to estimated removed volume
+constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
+// smallest and largest ratio of measured to estimated removed volume
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;
-// m, tolerance: an offset of the contact point (offset_) that is shorter counts as zero
+// m, a shorter offset_ counts as zero
 constexpr double kNoOffset = 1e-12;
-// lower limit of the tissue's stiffness, as a ratio to the stiffness in ServoSettings
+// smallest stiffness of a tissue / stiffness in ServoSettings
 constexpr double kLeastStiffness = 1e-3;
-constexpr double kEase = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
+constexpr double kEase = 15;  // N/s, largest rate of a bur's force with resting hand
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -97,7 +96,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     }
     for (std::size_t t = 1; t < removed.size(); ++t) {
       measured += fresh.removed[t] - snapshot_.removed[t];
-      // A cut of the mesh may add a little, but the count falls only by undo.
+      // A cut of the mesh may add a little volume, but the count may decrease only by undo.
       removed[t] = edited ? fresh.removed[t] : std::max(removed[t], fresh.removed[t]);
     }
     if (estimated > 0 && !edited) {
@@ -105,7 +104,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  // After an undo or redo, there may be tissue again at the tool's position. So the contact starts anew.
+  // After undo or redo, there may be tissue at the tool, so the contact starts again.
   if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
@@ -159,7 +158,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // While the tool cuts, or while the snapshot lacks cuts, only the finest level is used.
+  // While the tool cuts, or while the snapshot lacks cuts, only the finest level is valid.
   const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
@@ -168,9 +167,8 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// Moves the contact point to the mesh of another level of detail; `hip_` is the hand's position of the last tick.
-/// `anew`: true: computes the contact point from the hand's position alone, as for a first contact; false: the step of
-/// the force that the new mesh causes is applied gradually.
+/// Moves the contact point to the mesh of another level; `hip_`: the hand's position in the last tick. `anew`: computes
+/// it from the hand's position alone; otherwise the change of the force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -204,9 +202,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // While the tool is free, the servo may move it by up to clearance() without calling this model. On an open mesh (a
-  // mesh with borders), the tool may then have passed through a hole. So the contact starts anew at the tool's present
-  // position.
+  // The servo moves a free tool by up to clearance() without calling this model, possibly through a hole of an open
+  // mesh. So the contact starts again at the tool's current position.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -256,9 +253,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of change of a bur's force. Without this limit, the force would jump in two cases: the bur loses its
-/// contacts while the proxy is far from the hand, or a new snapshot (copy of the mesh around the tool) shifts the
-/// contact point.
+/// Limits the rate of a bur's force, which would jump if the bur loses its contacts far from the hand, or if a new
+/// snapshot shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -270,9 +266,8 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
-/// Returns true if the faces of the snapshot can still stop the head after it has moved to `to`. A face can stop a head
-/// that overlaps it only until the head's axis has passed the face. Without this test, a bur could pass all faces if no
-/// new snapshot arrives for a long time.
+/// Returns true if the faces of the snapshot can still stop the head at `to`: the head's axis has not passed them.
+/// Without this test, a bur could pass all faces if no new snapshot arrives.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
   const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;
@@ -284,24 +279,22 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
-  // The head moves towards the hand as far as the available energy allows. A step of length s removes the volume A s +
-  // π r s², where A is the area in contact and r the head's radius. The second term is the volume below the part of the
-  // surface that the step newly touches.
+  // The head moves towards the hand as far as the energy allows. A step of length s removes A s + π r s² (A: contact
+  // area; r: head's radius); the second term is below newly touched surface.
   PerTissue area = point().engaged_area(grid(), way / left);
-  double all = 0, work = 0;  // all: m², total contact area; work: J/m, energy that the cut needs per metre of the step
+  double all = 0, work = 0;  // all: m², contact area; work: J/m, energy per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
     all += area[t];
     work += area[t] * settings_.materials[t].specific_energy;
   }
-  // J/m³, specific cutting energy of the touched tissue
+  // J/m³, specific cutting energy of the touched tissues
   const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // While a bur is blocked, its energy budget grows, and it would then make one long step that the hand would feel. So
-  // the speed of the cut is limited.
+  // The budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;

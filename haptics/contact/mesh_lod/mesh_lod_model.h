@@ -1,6 +1,5 @@
-// The part of the contact model "mesh_lod" that runs on the servo thread. It computes the surface contact point,
-// selects the level of detail by the hand's speed, and handles walls between tissues.
-// README.md of this folder has an overview and defines the terms.
+// The servo's part of the contact model "mesh_lod". It computes the surface contact point, selects the level of detail
+// by the hand's speed, and handles walls between tissues. README.md of this folder defines the terms.
 #pragma once
 
 #include <memory>
@@ -19,20 +18,20 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// Returns the index of the level for this tick, from 0 (finest) to `count` - 1. `way`: m, displacement of the hand
-  /// in this tick; `dt`: s, duration of the tick.
+  /// Level for this tick, from 0 (finest) to `count` - 1. `way`: m, displacement of the hand in this tick; `dt`: s,
+  /// duration of the tick.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
  private:
-  std::vector<double> speeds_;  // m/s, speeds of the hand at which the level of detail changes
+  std::vector<double> speeds_;  // m/s, hand speeds at which the level of detail changes
   double hysteresis_;
   double speed_ = 0;  // m/s, low-pass filtered speed of the hand
   bool fresh_ = true;
   std::size_t level_ = 0;
 };
 
-/// The part of the contact model "mesh_lod" that runs on the servo thread.
+/// The servo's part of the contact model "mesh_lod".
 class MeshLodModel final : public ContactModel {
  public:
   /// Throws Error if the tool set contains a filling instrument.
@@ -54,14 +53,13 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  /// Returns the meshes of the present tissue, finest level first.
+  /// Meshes of the current tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
   const TriangleGrid& grid() const noexcept { return grids()[level_]; }
   const TriangleGrid& finest() const noexcept { return grids()[0]; }
-  /// Returns the number of levels that a tool can use. If contact is computed for the whole head (a bur that is not a
-  /// ball), the tool uses only the finest level.
+  /// Number of levels that a tool can use. A bur that is not a ball uses only the finest level.
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
@@ -69,8 +67,8 @@ class MeshLodModel final : public ContactModel {
   bool is_free(std::uint32_t tool, const Pose& X) const noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Returns true if the head may move to `to`: the faces of the snapshot can still stop it there, although the
-  /// snapshot may lack the last cuts.
+  /// Returns true if the head may move to `to`: faces of the snapshot, which may lack the last cuts, can still stop it
+  /// there.
   bool may_sink_to(const dvec3& to) noexcept;
   /// Returns true if the snapshot lacks some of the servo's cuts. Faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
@@ -86,40 +84,39 @@ class MeshLodModel final : public ContactModel {
   Parameters parameters_;
   MeshSnapshot snapshot_;
   std::vector<std::unique_ptr<SurfaceContact>> points_;  // for each tool: its contact with the mesh
-  // m, for each tool: centre of its contact shape (ball or other head), in the tool's frame T
+  // m, for each tool: centre of its contact shape (ball or other head) in the frame T
   std::vector<dvec3> ends_;
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  // true if the contact shape (ball or other head) has been placed at the tool's present position
+  // true: the contact shape (ball or other head) is at the tool's current position
   bool placed_ = false;
-  // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
+  // true: the servo moved the tool without contact since the last tick; placed_ is then false
   bool moved_freely_ = false;
-  dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
-  // m; after a change of level or wall, the contact point is displaced by this vector towards its earlier position; the
-  // vector shrinks to zero, so that the force does not jump
+  dvec3 hip_{0};  // m, position of the hand in the last tick (HIP)
+  // m, displacement of the contact point towards its position before a change of level or wall. It shrinks to zero, so
+  // that the force does not jump.
   dvec3 offset_{0};
-  // true if the bur has cut since it last lost contact; ease() then limits the change of its force
+  // true: the bur has cut since it last lost contact; ease() limits the change of its force
   bool eases_ = false;
-  // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
+  // m, vector from the hand to the tool's position that was returned in the last tick
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
-  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is stored until offset_, the
-  // shrinking correction of the contact point, is zero.
+  // Normal of the wall that stops the tool; stored until offset_ has shrunk to zero after the tool left the wall.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
   // Data that the servo stores for each of its cuts.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
-    dvec3 from{0};        // m, centre of the contact shape (ball or other head) before the cut
+    dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
-  dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain
-  bool cutting_ = false;  // true if the bur has cut since it was placed; the next cut then begins at end_
-  Pose end_;              // pose of the tool at the end of the last tick's cut
-  bool adopted_ = false;  // true: a snapshot was adopted since the last tick
-  // low-pass filtered ratio of measured to estimated removed volume for the cuts in the last snapshot
+  dvec3 sunk_from_{0};    // m, start of the first cut that the snapshot lacks
+  bool cutting_ = false;  // true: the bur has cut since it was placed; the next cut begins at end_
+  Pose end_;              // pose of the tool after the last cut
+  bool adopted_ = false;  // true: a snapshot was adopted in this tick
+  // filtered ratio of measured to estimated removed volume, for the cuts in the last snapshot
   double measured_ = 1;
 };
 

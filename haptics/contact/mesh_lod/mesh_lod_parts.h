@@ -1,4 +1,4 @@
-// Of both threads: parameters and snapshot.
+// Parameters of "mesh_lod", and the snapshot between its threads.
 #pragma once
 
 #include <memory>
@@ -13,37 +13,39 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s of the hand, increasing: above the first the second-finest level, and so on.
+  // m/s, increasing speeds of the hand. Above the first, the second-finest level is used, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
-  double hysteresis = 0.1;  // of each speed, as a ratio
-  // contact is mapped at a change of level; otherwise anew from the hand
+  double hysteresis = 0.1;  // hysteresis of each switching speed, as a ratio
+  // true: at a change of level, the contact is mapped to the new mesh; false: it is computed again from the hand's
+  // position
   bool maps = true;
-  double ramp = 5;          // N/s after a change of level; 0: one step
-  double wall_limit = 0.5;  // N, at which a wall yields
+  double ramp = 5;          // N/s, rate of the force after a change of level; 0: a single step
+  double wall_limit = 0.5;  // N, force at which a wall between tissues yields
 };
 
-/// Constant levels before the first cut, then the faces around the tool.
+/// Contains the constant levels before the first cut, and then the faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
-  bool cut = false;                 // `local` is used, not `levels`
-  std::vector<TriangleGrid> local;  // that overlap lo..hi; a grid per level, finest first
-  dvec3 lo{0}, hi{0};               // m, around `local`
-  // m³ by its cuts, without undone ones
+  bool cut = false;                 // true: `local` is valid instead of `levels`
+  std::vector<TriangleGrid> local;  // faces in the box lo..hi; one grid per level
+  dvec3 lo{0}, hi{0};               // m, box around the faces in `local`
+  // m³, volume removed by the cuts in the snapshot, without undone cuts
   PerTissue removed{};
-  // Around the last cut's tool, if contact is the whole head's; null before its first cut.
+  // Contact points around the tool of the last cut, if contact is computed for its whole head. Null before its first
+  // cut.
   std::unique_ptr<HeadPoints> points;
-  std::uint32_t points_of = kNoTool;  // of `points`; kNoTool: not valid
+  std::uint32_t points_of = kNoTool;  // index of the tool of `points`; kNoTool: not valid
   static constexpr std::uint32_t kNoTool = ~0U;
 };
 
-/// Of snapshots with a cutting tool.
+/// Parameters of snapshots for a tool set that can cut.
 struct LocalParameters {
-  static constexpr double travel = 2e-3;  // m until the next
-  // m beyond the tool and `travel`
+  static constexpr double travel = 2e-3;  // m that the tool may move until the next snapshot
+  // m, width of the region beyond the tool and `travel`
   static constexpr double margin = 0.5e-3;
-  // radii over which the carver's points hold
+  // radii that the head may move while the carver's contact points are valid
   static constexpr double listed = 0.45;
-  // ns (30 Hz, S3)
+  // ns, smallest time between snapshots (30 Hz, S3)
   static constexpr Nanos interval = 33'000'000;
 };
 

@@ -6,11 +6,11 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// On x from c, m, for the active-set solver.
+/// The planes of a set for the active-set solver; x is the displacement from c, m.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // ActiveSetLimits. Small: neighbours may be nearly parallel.
+  // Small limits, because planes of neighbouring faces may be nearly parallel (ActiveSetLimits).
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
@@ -18,7 +18,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m of violation
+    constexpr double kSlip = 1e-13;  // m, a smaller violation is ignored
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

@@ -1,4 +1,4 @@
-// Nearest to a goal within planes.
+// Finds the point nearest to a goal that planes allow.
 #pragma once
 
 #include <array>
@@ -8,14 +8,14 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// n · (x - c) >= -room, c common. SI.
+/// A plane allows the points x with n · (x - c) >= -room, where c is a common centre. SI units.
 struct Plane {
   dvec3 n{0};               // unit normal
-  double room = 0;          // m from c against n
-  dvec3 p{0};               // m, on the surface
-  std::uint64_t order = 0;  // lower first of equally violated ones
-  std::uint32_t face = 0;   // of its face
-  // a wall's edge of the face; -1: no wall
+  double room = 0;          // m that the point may move from c against n
+  dvec3 p{0};               // m, point on the surface
+  std::uint64_t order = 0;  // of equally violated planes, the lowest order is used
+  std::uint32_t face = 0;   // index of the face that gives the plane
+  // edge of the face at which the plane is a wall between tissues; -1: no wall
   std::int8_t wall = -1;
 };
 
@@ -24,7 +24,7 @@ class PlaneSet {
   static constexpr int kMost = 2048;
 
   void clear() noexcept { count_ = 0; }
-  /// False: full.
+  /// Returns false if the set is full.
   bool add(const Plane& plane) noexcept {
     if (count_ == kMost) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
@@ -34,7 +34,8 @@ class PlaneSet {
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
   Plane& operator[](int i) noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// From c, nearest to `goal`; zero if impossible. `active`: limiting planes with push, m.
+  /// Displacement from c to the allowed point nearest to `goal`; zero if there is none. `active`: receives the limiting
+  /// planes and their pushes, m.
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

@@ -15,70 +15,65 @@ struct Hold {
   dvec3 p{0};  // m, point on the surface
   // unit normal, pointing out of the tissue; for a wall between tissues, towards the softer tissue
   dvec3 n{0};
-  double push = 0;               // m, distance by which this contact keeps the tool away from the hand
+  double push = 0;               // m, distance by which this contact displaces the tool
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;
 };
 
-/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Lengths are in metres,
-/// vectors in the workbench frame W. The contact shape is the ball or other head with which the tool touches the mesh.
+/// Contact between one tool and a mesh. Servo thread only; allocates only in the constructor. SI units; vectors in the
+/// workbench frame W. The contact shape is the ball or other head with which the tool touches the mesh.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
 
-  /// Returns the position of the centre of the contact shape (ball or other head).
+  /// Centre of the contact shape (ball or other head), m.
   const dvec3& place() const noexcept { return c_; }
   bool touching() const noexcept { return count_ > 0; }
   int count() const noexcept { return count_; }
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// Returns true if a wall yielded in the last follow() and the centre of the ball or other head moved past it.
+  /// Returns true if a wall yielded in the last follow() and the contact shape moved past it.
   bool gave_way() const noexcept { return gave_way_; }
-  /// Returns true if the last follow() moved the tool out of tissue that overlapped it.
+  /// Returns true if the last follow() moved the tool out.
   bool leading_out() const noexcept { return leading_out_; }
 
-  /// Returns the radius of the contact shape, m: of a ball, or the largest radius of any other head.
+  /// Radius of the contact shape, m: of a ball, or the largest radius of any other head.
   virtual double radius() const noexcept = 0;
-  /// Returns the distance from the centre of the contact shape (ball or other head) to its farthest point, m.
+  /// Distance from the centre of the contact shape (ball or other head) to its farthest point, m.
   virtual double reach() const noexcept = 0;
-  /// Returns the search distance, m: faces within this distance of the centre of the ball or other head are examined.
+  /// Search distance, m: faces this near to the centre of the contact shape are examined.
   virtual double outlook() const noexcept = 0;
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
   /// Must be called after the faces of the grid have changed, and before the first call with another grid.
   virtual void mesh_changed() noexcept {}
-  /// Passes the list of contact points around this tool in the changed mesh. The carver has prepared this list. Must be
-  /// called after mesh_changed(). Until the next call of mesh_changed(), this object may swap `points` with its own
-  /// list, so the caller must not use the contents of `points`.
+  /// Passes contact points around this tool that the carver has listed in the changed mesh. Call it after
+  /// mesh_changed(). Until the next mesh_changed(), this object may swap `points` with its own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
-  /// Starts a contact. The centre of the contact shape (ball or other head) is at p. Returns false if the tool overlaps
-  /// tissue there.
+  /// Starts a contact with the centre of the contact shape at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
   /// Moves the centre of the contact shape (ball or other head) to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;
-  /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
-  /// position (SCP mapping, paper S3, section 3.2).
+  /// Transfers the contact to another mesh: moves to the point outside that mesh nearest to the old position (SCP
+  /// mapping, S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's position `hip` (haptic interface point). `give`: true: tissue that the head overlaps counts as
-  /// removed down to the depth of the overlap, so it does not push the head out.
+  /// Follows the hand's position `hip` (haptic interface point). `give`: overlapping tissue counts as removed down to
+  /// the depth of the overlap, so it does not push the head out.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre of the contact shape (ball or other head) into the tissue. In the next follow() with `give` =
-  /// true, the overlapped tissue counts as removed.
+  /// Moves the centre of the contact shape into tissue. The next follow() with `give` = true treats the overlapping
+  /// tissue as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
-  /// Returns the distance (m) from the surface to the contact shape (ball or other head) with its centre at p, but at
-  /// most `most`.
+  /// Distance (m) from the surface to the contact shape with its centre at p, at most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
   /// Returns true if the contact shape (ball or other head) at X_W overlaps no face.
   virtual bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept = 0;
-  /// Returns for each tissue the area (m²) of the surface that touches or overlaps the head, projected onto the plane
-  /// perpendicular to the unit vector `way`.
+  /// Area (m²) of each tissue's surface that touches or overlaps the head, projected along the unit vector `way`.
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:
-  // A surface point counts as in contact if its distance from the head is below this limit, a ratio to the head's
-  // radius.
+  // A surface point is in contact if its distance from the head / the head's radius is below this.
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

@@ -12,36 +12,36 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // iterations per follow()
-constexpr double kStays = 1e-11;      // m, shorter steps end it
-constexpr double kLeastReach = 5e-6;  // m from the ball, least for collecting
-// m, most; longer ways are divided
+constexpr int kMostIterations = 24;   // largest number of iterations per follow()
+constexpr double kStays = 1e-11;      // m, shorter steps end the iteration
+constexpr double kLeastReach = 5e-6;  // m from the ball, smallest search distance for faces
+// m, largest search distance; longer motions are divided
 constexpr double kMostReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // search distance / expected way
-// m over which collected faces hold; a cell's width, too
+constexpr double kAhead = 1.1;  // search distance / expected motion
+// m, largest motion for which the collected faces are valid; also limited by the width of a cell
 constexpr double kMostKept = 0.3e-3;
-// Radii, of the search while cutting or with cut faces left.
+// Search distance in radii, while cutting or while cut faces remain.
 constexpr double kReachInCut = 0.5;
-// Radii over which faces hold, while cutting or with cut faces left.
+// Motion in radii for which collected faces are valid, while cutting or while cut faces remain.
 constexpr double kKeptInCut = 0.15;
-constexpr double kLeastInCut = 50e-6;  // m, least of kReachInCut × radius
-// next search / last step; below 1: steps shrink
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of kReachInCut × radius
+// next search distance / last step; below 1, because steps become shorter
 constexpr double kNextReach = 0.25;
-// faces collected per face tested, for the effort
+// collected faces with the same effort as one tested face
 constexpr int kCollectedPerTest = 4;
-// m above another's plane, that needs no plane
+// m; a face no higher than this above the plane of another face needs no plane
 constexpr double kBelow = 1e-11;
-// m, the same in floats
+// m, equivalent of kBelow for single precision
 constexpr float kClear = 2e-9f;
-constexpr double kWallSkin = 1e-7;  // m from a wall between tissues
-constexpr double kMapReach = 2e-3;  // m, after a change of the mesh
+constexpr double kWallSkin = 1e-7;  // m that the point keeps from a wall between tissues
+constexpr double kMapReach = 2e-3;  // m, search distance after a change of the mesh
 constexpr int kMostLifts = 16;
-// round_edge() extends along a plane above this cosine of normal and way to the hand
+// round_edge() extends a step only if the cosine between the normal and the direction to the hand is larger
 constexpr double kLeastAlong = 0.3;
-// m from a face, below which its normal is the direction
+// m; if the point is nearer to a face, the face's normal gives the direction
 constexpr double kNoDirection = 1e-13;
 
-/// Boxes (`lo`, `hi`) within `far` of p. Up to seven more elements are read.
+/// Lists the boxes (`lo`, `hi`) within `far` of p. May read up to seven elements beyond the end.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -66,7 +66,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Above q or less than `clear` below. normal · x = -distance, q's coordinates.
+/// Lists the planes that are above q or less than `clear` below it. A plane: normal · x = -distance, relative to the
+/// centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -87,22 +88,22 @@ std::size_t list_planes_above(const float* const* normal, const float* distance,
 }
 
 constexpr std::size_t kLanes = 8;
-// Faces up to which nearest_on() is used; then find_nearest(), eight at once after a copy. On an arch of 212,000
-// vertices: an explorer's tick 10 % faster, a bur's in a cavity 13 %.
+// Up to this many faces, nearest_on() is faster than find_nearest(), which first copies eight faces. On an arch of
+// 212,000 vertices this saves 10 % of an explorer's tick, and 13 % of a bur's in a cavity.
 constexpr std::size_t kFewFaces = 6;
 
-/// find_nearest(), a face per lane.
+/// Input and output of find_nearest(), one face in each lane.
 struct EightFaces {
-  D8 a[3], b[3], c[3];                      // m, corners
-  double p[3][kLanes];                      // m, nearest point of the face
-  double n[3][kLanes];                      // nearest to given point
-  double square[kLanes], distance[kLanes];  // m², m
-  // -1: in the interior
+  D8 a[3], b[3], c[3];                      // m, corners of the faces
+  double p[3][kLanes];                      // m, nearest point of each face
+  double n[3][kLanes];                      // unit vector from the nearest point to the given point
+  double square[kLanes], distance[kLanes];  // m² and m, squared distance and distance
+  // edge of the nearest point; -1: in the interior
   double edge[kLanes];
-  unsigned corner = 0;  // nearest is an end of the edge
+  unsigned corner = 0;  // bit mask: nearest point is an end of the edge
 };
 
-/// nearest_on()'s operations.
+/// Computes nearest_on() for eight faces, with the same operations.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void find_nearest(EightFaces& faces, const double* point) {
   const D8 zero = {};
@@ -177,14 +178,14 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  // deep inside: no surface found, rests
+  // too deep to find a surface: the ball stays here
   if (!near.found) return false;
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
 }
 
-/// Nearest surface on n's side, until no face overlaps.
+/// Moves the ball to the nearest surface on the side of n, until it overlaps no face.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -212,7 +213,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   for (int i = 0; i < count_; ++i) {
     if (!hold(i).wall) n += hold(i).push * hold(i).n;
   }
-  // Nearest on the new mesh to the old contact.
+  // Point of the new mesh nearest to the old contact.
   const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
   if (!near.found) return;
   n = unit_or(n, hold(0).n);
@@ -226,7 +227,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   lift(grid, side);
 }
 
-/// Within `reach`.
+/// Collects the faces within `reach` (m) of the ball.
 void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   for (;;) {
     near_count_ = 0;
@@ -258,7 +259,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   }
 }
 
-/// Within `within` (m) of the centre, as indices of near_.
+/// Collected faces within `within` (m) of the ball's centre, as indices into near_.
 std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
   const glm::vec3 p(c_ - grid.origin());
   const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
@@ -267,7 +268,7 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
   return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
-/// At edges to softer tissue.
+/// Adds walls: the edges of `face` to softer tissue.
 void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach,
                              bool& room) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
@@ -281,7 +282,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    // behind it already: does not stop
+    // the ball is behind this wall already, so it cannot stop the ball
     if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
@@ -291,12 +292,12 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
   }
 }
 
-/// Within `reach` (m). False: too many.
+/// Adds the planes of all faces within `reach` (m) of the ball. Returns false if there are too many.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // Interiors first: lower faces then need none at their edges.
+  // Planes of interiors come first; edges of faces below them then need no plane.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -352,13 +353,13 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
-  std::uint32_t found = kNoPlane;  // plane last found above a face
+  std::uint32_t found = kNoPlane;  // last plane above a face
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
     const Face& face = grid.face(i);
-    // Wholly below another's plane: touched later, no plane. First the neighbour across the nearest edge, then the last
-    // found.
+    // A face that is completely below another face's plane is touched later, so it needs no plane. Tests the neighbour
+    // beyond the nearest edge first, then the last plane found.
     const auto below = [&](std::uint32_t j) {
       const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
@@ -375,8 +376,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
       return std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), below);
     };
     if (covered()) continue;
-    // Above the plane but beyond an edge, flat or concave there: the face's plane holds. One across the edge would too,
-    // but each iteration would only halve the distance.
+    // If the surface is flat or concave at this edge, the face's own plane is valid. The plane at the edge would be
+    // valid too, but would only halve the distance per iteration.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -396,8 +397,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Around an edge or corner a plane alone takes only part of the way: on along it to the line from hand to nearest
-/// point, to come from the right side.
+/// At an edge or corner, a single plane leads only part of the way. Extends the step along the plane to the line from
+/// the hand to its nearest point, so that the ball comes from the right side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -407,7 +408,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  // `other` ends there. If other - step is longer than `step`, at.p is another part of the border: not extended.
+  // Ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
@@ -415,7 +416,8 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   step = other;
 }
 
-/// In its interior: alone, this plane leaves the ball at its end. Moves the plane's point there.
+/// Returns true if the plane's face touches the ball with its interior: the search is then finished. Moves the plane's
+/// point to the contact.
 bool SurfacePoint::rests_on(const TriangleGrid& grid, Plane& plane) const noexcept {
   if (plane.wall >= 0) return false;
   const OnFace at = nearest_on(grid.face(plane.face), c_);
@@ -428,18 +430,18 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   gave_way_ = false;
   tested_ = 0;
   ActivePlanes active;
-  // In contact about the hand's way along the surface, whatever the depth.
+  // Expected motion: in contact, the hand's motion along the surface, regardless of its depth.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept_in_cut = give ? kKeptInCut * radius() : near;
   const double kept = std::min({grid.cell(), kMostKept, near, kept_in_cut}), most_reach = std::min(kMostReach, near);
-  // m, next iteration
+  // m, search distance of the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostIterations; ++i) {
-    // m, within which the list is complete
+    // m, distance within which the list of faces is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);
@@ -483,13 +485,13 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall both sides may be as near: the tissue stays.
+  // At a wall, both tissues may be equally near, so the tissue in contact remains.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
 }
 
-/// If they hold all near the ball; otherwise the grid.
+/// Uses the collected faces if they include all faces near the ball; otherwise searches in the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

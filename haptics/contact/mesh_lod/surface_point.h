@@ -1,4 +1,4 @@
-// The surface contact point (SCP): the proxy of the hand's position (haptic interface point, HIP). It stays outside the
+// The surface contact point (SCP): a proxy of the hand's position (haptic interface point, HIP) that stays outside the
 // mesh.
 #pragma once
 
@@ -10,32 +10,26 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The stiffness of each tissue, N/m. Each border from a softer to a stiffer tissue acts as a wall.
+/// Stiffness of each tissue, N/m. A border from a softer to a stiffer tissue acts as a wall.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
   double radius = 0;  // m, radius of the tool's end; 0: a point
-  // true: borders between tissues have walls, which stop a tool only on its way from the softer to the stiffer tissue
+  // true: at borders between tissues, walls stop a tool on its way from the softer to the stiffer tissue
   bool walls = true;
   double wall_limit = 0.5;  // N, force above which a wall yields
-  // N/m, stiffness of the coupling (the spring between the contact point and the hand) if the tissue's own stiffness is
-  // 1 N/mm; the stiffness of the coupling is proportional to the tissue's own stiffness
+  // N/m, stiffness of the coupling for a tissue with 1 N/mm; proportional to the tissue's stiffness
   double unit_force = 1000;
 };
 
-/// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
-/// or face) to a neighbour as long as the distance to the HIP decreases. Here, every face near the point adds a plane
-/// through its nearest primitive. The point moves to the position nearest to the HIP that satisfies all planes; this is
-/// repeated until the point does not move. The result is the same, but the method needs no links between neighbours,
-/// which do not exist at cracks, duplicate triangles and slivers. No step can pass through a face of any mesh. The
-/// point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never
+/// Surface contact point (Wang et al. 2009, section 3.2): a ball that moves as near to the HIP as the planes of near
+/// faces allow. Unlike the paper's search from face to face, this needs no neighbours. Servo thread only; never
 /// allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
-  static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
-  // If follow() has tested this number of faces during contact, it starts no further iteration in this tick. The next
-  // call continues.
+  static constexpr double kFarthest = 1.5e-3;  // m, upper limit of the argument `most` of clearance()
+  // Number of tested faces after which follow() starts no further iteration in contact; the next call continues.
   static constexpr int kMostTested = 800;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
@@ -44,8 +38,7 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// Starts a contact with the ball's centre at p. If p is inside the tissue, or nearer to it than the ball's radius,
-  /// moves the ball out and returns false.
+  /// Starts a contact with the ball's centre at p. If the ball overlaps tissue, moves it out and returns false.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -70,11 +63,10 @@ class SurfacePoint final : public SurfaceContact {
   SurfaceOptions options_;
   Stiffness stiffness_;
   Tissue ground_ = Tissue::kAir;  // tissue in contact; kAir: no contact
-  // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
+  // true: a wall has yielded, and walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // Indices and bounding boxes of the collected faces, with one array per coordinate. kMostNear: largest number of
-  // collected faces; kBatch: number of faces that one vector instruction tests.
+  // Bounding boxes of the collected faces. kMostNear: largest number of faces; kBatch: faces per vector instruction.
   static constexpr int kMostNear = 4096, kBatch = 8;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
@@ -83,32 +75,32 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
-  // grid from which the faces were collected; null: they must be collected again
+  // grid of the collected faces; null: collect again
   const TriangleGrid* collected_ = nullptr;
-  // The faces that the present iteration uses, as indices into near_.
+  // Faces of the current iteration, as indices into near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
-  // A face whose nearest primitive is an edge or a corner.
+  // A face that is nearest at an edge or corner.
   struct Edge {
     std::uint32_t face = 0, near = 0;  // near: index of the face in near_
     OnFace at;
     dvec3 n{0};           // unit vector from the nearest point to the ball's centre
-    double distance = 0;  // m, distance of the nearest point from the ball's centre
+    double distance = 0;  // m, distance from the nearest point to the ball's centre
   };
-  // The rank of a plane is its face's index in near_, with one of these bits, so that planes of edges follow all planes
-  // of interiors, and walls follow all planes of edges.
+  // The order of a plane is its face's index in near_ with one of these bits: planes of edges follow those of
+  // interiors, and walls come last.
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // Planes of the faces to whose interior the ball is nearest; they are first in the list of planes. There is one array
-  // for each coordinate of the normal, and one for the plane's distance from the ball's centre.
+  // Planes of faces that touch the ball with their interior; the first ones in planes_. Components of the normal, and
+  // the distance from the ball's centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };
   Inner inner_{};
   static constexpr std::uint32_t kNoPlane = ~0U;
-  /// Hash table that maps a face to its plane in inner_.
+  /// Hash table from a face to its plane in inner_.
   class PlaneOfFace {
    public:
     void clear() noexcept {
@@ -119,7 +111,7 @@ class SurfacePoint final : public SurfaceContact {
       while (slots_[at].time == time_) at = (at + 1) % kSlots;
       slots_[at] = {time_, face, plane};
     }
-    /// Returns the index in inner_ of the plane of a face; kNoPlane if the face has no plane there.
+    /// Index of the face's plane in inner_; kNoPlane: none.
     std::uint32_t find(std::uint32_t face) const noexcept {
       std::size_t at = start(face);
       for (; slots_[at].time == time_; at = (at + 1) % kSlots) {
@@ -130,7 +122,7 @@ class SurfacePoint final : public SurfaceContact {
 
    private:
     struct Slot {
-      // time: value of time_ when the entry was added; clear() increases time_, so older entries do not count
+      // value of time_ when the entry was added; clear() increases time_, so older entries are not valid
       std::uint32_t time = 0, face = 0, plane = 0;
     };
     static constexpr int kBits = 13;
@@ -142,8 +134,7 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
-  // effort of this call of follow(): the number of tested faces, plus a quarter (1 / kCollectedPerTest) of the number
-  // of collected faces
+  // effort of this follow(): tested faces + collected faces / kCollectedPerTest
   int tested_ = 0;
 };
 

@@ -8,16 +8,16 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // cell / mean edge
+constexpr double kCellEdges = 1.5;  // edge of a cell / mean edge of the mesh
 constexpr double kMostCells = 4e6;
-// Entries of all cells per face, plus kFewEntries; larger cells otherwise.
+// Largest number of entries of all cells per face, plus kFewEntries; otherwise cells become larger.
 constexpr double kEntriesPerFace = 16;
-// entries beyond kEntriesPerFace × faces
+// entries allowed beyond kEntriesPerFace × faces
 constexpr double kFewEntries = 1e6;
-constexpr float kBoxMargin = 1e-7f;  // m, above rounding a box to floats
+constexpr float kBoxMargin = 1e-7f;  // m, above the error of rounding a box to floats
 
-/// 1 left of a–b, -1 right. On the line as if moved along the first axis, less along the second: exactly one of two
-/// faces has the origin.
+/// Returns 1 if the origin is left of a–b, -1 if right. On the line, as if moved slightly along the first axis, and
+/// even less along the second: so the origin is in exactly one of two adjacent faces.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -25,10 +25,10 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m of a third vertex off the plane: flat
+// m, largest distance of the neighbour's third vertex from the plane of a flat pair of faces
 constexpr double kFlat = 1e-10;
 
-/// `beyond`: the next face's third vertex.
+/// Sets the bits hollow_front and hollow_back of an edge. `beyond`: third vertex of the face beyond the edge.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);
@@ -123,7 +123,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // As in the mesh.
+  // Faces of a cell have the order of the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
@@ -132,9 +132,9 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   }
 }
 
-/// Near faces near in memory.
+/// Sorts faces so that neighbours are near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
-  constexpr double kBlock = 4;         // in cells
+  constexpr double kBlock = 4;         // edge length of a block, in cells
   constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
   const auto corner_of = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
@@ -157,16 +157,16 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   std::partial_sum(start.begin(), start.end(), start.begin());
   rank_.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
-  // start[k] is now block k's end.
+  // start[k] is now the end of block k.
   for (std::size_t k = 0; k + 1 < start.size(); ++k) {
     const std::uint32_t first = k == 0 ? 0 : start[k - 1];
     if (start[k] > first) blocks_.push_back({{}, first, start[k]});
   }
 }
 
-/// Across each edge.
+/// Sets the tissue and the face beyond each edge.
 void TriangleGrid::join_faces(const TissueMesh& mesh) {
-  // Sorted: both faces of an edge adjoin.
+  // An edge of one face. After sorting, the faces of an edge are consecutive.
   struct Side {
     std::uint32_t a, b, rank, face;
     int edge;
@@ -214,7 +214,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // Until the nearest is certain.
+  // Enlarges the search until the nearest face is certain.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;
@@ -249,7 +249,7 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      // m to the face along the ray
+      // m, distance to the face along the ray
       const double above = glm::dot(n, f.a - p) / n[axis];
       sixths += (above > 0) == left ? 1 : -1;
     });

@@ -1,4 +1,4 @@
-// One level's triangles: near a point, distance, inside.
+// The triangles of one level of detail, with searches for near faces, distance and inside.
 #pragma once
 
 #include <algorithm>
@@ -11,95 +11,95 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// SI, W.
+/// A triangle; m, frame W.
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // Across ab, bc, ca: tissue; kAir: the same, or no face.
+  // Tissue beyond the edges ab, bc, ca if it differs from this face's tissue; otherwise kAir.
   std::array<Tissue, 3> across{};
-  // Across each edge; ~0: none, or several. Bit k of `hollow_front`, `hollow_back`: flat or concave there from front or
-  // back, so this plane also holds beyond the edge.
+  // Face beyond each edge; ~0: none or several. hollow_front, hollow_back: bit k is set if edge k is flat or concave
+  // from this side, so that the face's plane is also valid beyond it.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
   dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
-  /// Twice the area long; zero: degenerate.
+  /// Normal whose length is twice the face's area; zero: degenerate.
   dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
 };
 
-/// Nearest to p. Exact for slivers, by their edges.
+/// Point of a face nearest to a given point. Exact also for slivers, by their edges.
 struct OnFace {
   dvec3 p{0};
-  int edge = -1;        // ab, bc or ca; -1: interior
-  bool corner = false;  // an end of the edge
+  int edge = -1;        // edge with the point (ab, bc, ca); -1: in interior
+  bool corner = false;  // true: the point is an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
-/// On the border.
+/// Point of the face's border nearest to p.
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
-// squared sine of an angle, below which only edges count
+// Squared sine of an angle below which a face is a sliver, so only its edges are used.
 inline constexpr double kSliver = 1e-12;
-/// On a–b.
+/// Point of the segment a–b nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
   return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
 }
 
-/// Built at set-up or by the carver; queries never allocate.
+/// A grid of cells over the triangles of a mesh. Built at set-up or by the carver; queries never allocate.
 class TriangleGrid {
  public:
   TriangleGrid() = default;
-  /// `part`: of a mesh that goes on beyond open edges.
+  /// `part`: the mesh is a part of a larger one, which continues beyond its open edges.
   explicit TriangleGrid(const TissueMesh& mesh, bool part = false);
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  /// Bytes, all.
+  /// Size of all data, bytes.
   std::size_t bytes() const noexcept;
 
-  /// use(index), once per face whose box overlaps lo..hi.
+  /// Calls use(index) once for each face whose box overlaps the box lo..hi.
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
-  /// for_near_blocks() finds for_near()'s faces.
+  /// Returns true if for_near_blocks() can be used instead of for_near().
   bool has_blocks() const noexcept { return !blocks_.empty(); }
-  /// for_near()'s in another order; faster for many: a round bur's 99.9 % tick in a cavity was 360 µs, not 590. Slower
-  /// for few in a large mesh.
+  /// Finds the faces of for_near() in another order. Faster for many faces (99.9 % of a round bur's ticks in a cavity:
+  /// 360 instead of 590 µs), slower for few faces in a large mesh.
   template <class Use>
   void for_near_blocks(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
-  /// m from origin().
+  /// Bounding box of a face, m from origin().
   struct Box {
     glm::vec3 lo{0}, hi{0};
   };
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
-  static constexpr float kBoxRounding = 1e-7f;  // m, above a box's rounding
-  /// False: farther than `most` m.
+  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of a box
+  /// Returns false if the box of face i is farther than `most` (m) from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
     const float far = static_cast<float>(most) + kBoxRounding;
     return glm::dot(off, off) <= far * far;
   }
-  /// m, about 1.5 mean edges.
+  /// Edge length of a cell, m: about 1.5 mean edges.
   double cell() const noexcept { return cell_; }
 
   struct Nearest {
     bool found = false;
     std::uint32_t face = 0;
     dvec3 p{0};           // m, nearest point of the surface
-    double distance = 0;  // m, to the surface
+    double distance = 0;  // m, distance of the surface from the given point
   };
-  /// Within `most` m.
+  /// Surface point nearest to p within `most` (m).
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
-  /// Rays along axes: 6 inside a closed mesh, 0 outside.
+  /// Winding number × 6 by rays along the axes: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// Of a part, by the nearest face.
+  /// Returns true if p is inside. For a part of a mesh, the nearest face decides.
   bool inside(const dvec3& p) const noexcept;
 
  private:
   glm::ivec3 cell_of(const glm::vec3& p) const noexcept {
-    // Truncation is faster than floor; negative numbers are clamped to 0.
+    // Truncation is faster than floor, and negative numbers are clamped to 0 anyway.
     return glm::clamp(glm::ivec3(p * inverse_), glm::ivec3(0), cells_ - 1);
   }
   std::size_t index(const glm::ivec3& i) const noexcept {
@@ -107,26 +107,26 @@ class TriangleGrid {
                static_cast<std::size_t>(cells_.z) +
            static_cast<std::size_t>(i.z);
   }
-  /// Of the grid's face i.
+  /// Index in the mesh of the grid's face i.
   std::uint32_t rank(std::uint32_t i) const noexcept { return rank_.empty() ? i : rank_[i]; }
   void sort_faces(const TissueMesh& mesh);
   void join_faces(const TissueMesh& mesh);
   void choose_cells(const glm::vec3& extent);
 
   bool part_ = false;
-  // in the mesh, per face; empty: the same
+  // index in the mesh of each face; empty: order of the mesh
   std::vector<std::uint32_t> rank_;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
-  /// Neighbours with their box.
+  /// A group of neighbouring faces with its bounding box.
   struct Block {
     Box box;
-    std::uint32_t first = 0, last = 0;  // `first` to `last` - 1
+    std::uint32_t first = 0, last = 0;  // faces from `first` to `last` - 1
   };
-  std::vector<Block> blocks_;  // blocks, if part of a mesh
-  // per cell in entries_, and the end
+  std::vector<Block> blocks_;  // all groups, for a part of a mesh
+  // index in entries_ of each cell's first face; the last element is the end
   std::vector<std::uint32_t> start_;
-  std::vector<std::uint32_t> entries_;  // per cell
+  std::vector<std::uint32_t> entries_;  // face indices of all cells, cell by cell
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m, edge length of a cell
   float inverse_ = 1e3f;  // 1/m
@@ -150,7 +150,7 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // In several cells: the first calls use().
+          // A face lies in several cells: only the first of them calls use().
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }

@@ -24,10 +24,10 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
 
 namespace {
 
-/// Of the box's sides; false for tissue that ends at the volume's border.
+/// Returns true if all six sides of the box are in air; false for tissue that ends at the volume's border.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
-  constexpr int kThick = 4;      // voxels
-  constexpr float kAway = 2.5f;  // voxels from tissue
+  constexpr int kThick = 4;      // voxels, thickness of the examined sides
+  constexpr float kAway = 2.5f;  // voxels, smallest distance from tissue
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {0, edge - kThick}) {
       glm::ivec3 from = lo, size(edge);
@@ -42,12 +42,12 @@ bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) 
 
 }  // namespace
 
-/// If a large head's patch would be larger than the tissue, it contains all tissue and no more. Throws Error if it
-/// would need too much memory.
+/// If the patch of a large head would be larger than the tissue, the patch becomes just large enough to contain all
+/// tissue. Throws Error if it needs too much memory.
 void FieldBody::choose_grid() {
-  constexpr int kAir = 8;                            // voxels around the tissue
-  constexpr double kLarge = 4e6;                     // samples; smaller patches follow the tool, to cut fast
-  constexpr double kMaxSamples = 2e8, kPatches = 4;  // of a session
+  constexpr int kAir = 8;                            // voxels of air around the tissue
+  constexpr double kLarge = 4e6;                     // samples; smaller patches follow the tool, which is faster
+  constexpr double kMaxSamples = 2e8, kPatches = 4;  // samples of a patch, and patches of a session
   constexpr double kSampleBytes = sizeof(float) + sizeof(Tissue);
   const double voxel = volume_.frame().voxel;
   edge_ = patch_edge_for(tools_, voxel);
@@ -112,8 +112,8 @@ bool FieldBody::redo() {
 
 namespace {
 
-// Leaves of a step that the servo copies in one tick, 50 to 100 ns each: at most a cut of a bur of Ø1.2 mm. Larger
-// heads' patches are copied whole, adopted without a copy.
+// Largest number of leaves in a step: the servo copies them in one tick, 50 to 100 ns each, no longer than a cut of a
+// bur of Ø1.2 mm. Patches of larger heads are exchanged as a whole.
 constexpr std::size_t kMostInStep = 128;
 
 }  // namespace
@@ -137,12 +137,12 @@ VoxelBox box_of(const SurfacePatch& patch) {
   return {patch.lo, patch.lo + patch.n - 1};
 }
 
-/// visit(slab) for `box` without `known`; all of it if `known` is empty or apart.
+/// Calls visit(slab) for the parts of `box` outside `known`; for the whole box if they have nothing in common.
 template <class Visit>
 void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
   const VoxelBox stays = common(box, known);
   if (stays.empty()) return visit(box);
-  // Each side of `stays` along the axis; `box` shrinks.
+  // Visits the parts on both sides of `stays` along each axis, and removes them from `box`.
   for (int axis = 0; axis < 3; ++axis) {
     VoxelBox slab = box;
     slab.hi[axis] = stays.lo[axis] - 1;
@@ -156,15 +156,15 @@ void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
 
 }  // namespace
 
-/// Of `n` samples per axis around `center_W`.
+/// First voxel of a patch of `n`³ samples around `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   if (whole_) return *whole_;
   const dvec3 center_V = volume_.frame().to_voxels(center_W);
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-/// To `lo`. If writes since the last copy are known: those, the servo's own, and new sides only. copy_part(box);
-/// copy_written(written, inside): what may have changed in `inside`.
+/// Moves a patch to `lo` and updates it. If all changes since the last copy are known, copies only those, the servo's
+/// changes and the new slabs. copy_part(box) copies a box, copy_written(written, inside) the changes in `inside`.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
@@ -180,7 +180,7 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_p
 
 void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
-  if (patch.n == 0) {  // the servo's first, without memory
+  if (patch.n == 0) {  // the servo's first patch, which has no memory yet
     SurfacePatch sized = empty_patch_for(tools_, volume_.frame().voxel, edge_);
     static_cast<Snapshot&>(sized) = patch;
     std::swap(sized.step, patch.step);
@@ -202,7 +202,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // Never a step: the servo cuts its coarse patch in longer steps.
+    // The coarse patch is never a step, because the servo cuts it in longer steps.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {
@@ -213,10 +213,10 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   mark_cut_boxes(patch);
 }
 
-/// Complete, from `lo`.
+/// Copies a complete patch that starts at `lo`.
 void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
   const auto copy_part = [&](VoxelBox part) {
-    // Whole leaves are copied faster.
+    // Rounds to whole leaves, which are copied faster.
     for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
     volume_.copy_part(whole(patch), common(part, box_of(patch)));
   };
@@ -225,13 +225,14 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
       std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
       return volume_.copy_leaves(whole(patch), written.leaves);
     }
-    // Labels beside may change.
+    // Labels beside changed samples may also change.
     const VoxelBox changed = common({written.box.lo - 1, written.box.hi + 1}, inside);
     if (!changed.empty()) copy_part(changed);
   });
 }
 
-/// Only incoming leaves, if the servo will hold patch `held`, the last copied. False: a foreign change, or too many.
+/// Copies only the new leaves, if the servo will hold the last copied patch `held`. Returns false after a foreign
+/// change, or if there are too many leaves.
 bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
@@ -241,7 +242,7 @@ bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32
     leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
   });
   if (leaves > patch.step.most()) return false;
-  // Samples stay, so are copied again later.
+  // The patch lacks the samples that stay, so the next copy must be complete.
   patch.lo = lo;
   patch.copied_at = 0;
   patch.step.clear();
@@ -253,7 +254,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot, 0);
 }
 
-/// Where cut or filled.
+/// Sets the boxes of samples that were cut or filled.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

@@ -1,4 +1,4 @@
-// The tissue's field for models with a SurfacePatch. Carver thread.
+// The carver's tissue for contact models with a SurfacePatch. Carver thread only.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace typodont::haptics::offset {
 
-/// An OpenVDB volume; cuts remove exactly the sweep.
+/// Keeps the tissue in an OpenVDB volume. A cut removes exactly the sweep of the head.
 class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
@@ -30,7 +30,7 @@ class FieldBody : public TissueBody {
   double travel() const override { return travel_; }
   bool leads() const override { return true; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
-  void remember_writes(bool) override {}  // the volume always records
+  void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -38,7 +38,7 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
-  /// Filled in the box `filled`.
+  /// Adapts the search for loose pieces after filling was added in the box `filled`.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }
@@ -54,19 +54,19 @@ class FieldBody : public TissueBody {
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;        // cut off from the tissue
+  LoosePieces loose_pieces_;        // search for pieces that are cut off from the tissue
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
-  // Last copied: number, first voxel, foreign changes before it.
+  // The last patch that was copied: its number, its first voxel, and the volume's foreign changes before it.
   struct {
     std::uint32_t number = 0;
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  double travel_ = 0;  // m of a head in one patch
+  double travel_ = 0;  // m, distance that a head may move in one patch
   int edge_ = 0;       // samples of a patch along each axis
-  // First voxel of a patch that contains all tissue; nullopt: patches follow the tool.
+  // First voxel of a patch that contains all tissue. nullopt: patches follow the tool.
   std::optional<glm::ivec3> whole_;
-  // spacing and size around the shank; 0: no shank
+  // Sample spacing and size of the coarse patch around the shank; 0: no tool has a shank.
   CoarseGrid coarse_;
 };
 

@@ -1,4 +1,4 @@
-// A dome grows on the tissue nearest to the free end, limited by the head.
+// Adds filling: a dome that grows on the tissue nearest to the instrument's free end. The head limits it.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 using P = FillingParameters;
 
-/// With `volume` more than `radius`'s.
+/// Radius of a ball whose volume is larger by `volume` than that of a ball with `radius`.
 double grown(double radius, double volume) {
   return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
 }
@@ -34,7 +34,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Delivered, not in the tissue yet. True, with `cut`: added some.
+/// Places delivered filling that is not in the tissue yet. If filling was added, returns true and sets `cut`.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -48,7 +48,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Only the free part grows, by what waits; known from the last tick, so less may be added.
+  // Only the free part of the dome grows, by the waiting volume. The free fraction is that of the last tick, so less
+  // may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -74,8 +75,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// The dome cannot grow: nearest open place from its first position, through filled voxels. In reach it grows there,
-/// otherwise a new dome begins. At the cost limit it goes on in the next tick. False: none.
+/// Searches the nearest open place from the first dome, through filled voxels, when the dome cannot grow. The dome
+/// grows there, or a new one begins. Beyond search_cost, the next tick continues. Returns false if there is none.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
@@ -98,12 +99,12 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // covered up to this sample
+    if (by_head > -P::open) {  // the head covers the ray up to this sample
       way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // There may be more room later: the next search starts here.
+    // The ray does not advance, because there may be more room here later: the next search continues at this sample.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;
@@ -114,7 +115,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// If none, or the instrument moved. False: no tissue in reach.
+/// Begins a new dome if there is none, or if the instrument has moved. Returns false if no tissue is in reach.
 bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
@@ -129,7 +130,7 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // Midway between walls: on the tissue in front.
+    // Midway between two walls, the dome begins on the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;

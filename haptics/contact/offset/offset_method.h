@@ -1,4 +1,4 @@
-// "offset", the default: a god-object on a field's offset surface; cuts are exact sweeps.
+// The contact method "offset" (default): a god-object on the offset surface of a distance field. Cuts are exact sweeps.
 #pragma once
 
 #include "haptics/contact_method.h"

@@ -7,7 +7,7 @@ namespace typodont::haptics::offset {
 
 namespace {
 
-/// Even over all directions (Fibonacci).
+/// Directions that are evenly distributed over the sphere (Fibonacci lattice).
 std::vector<glm::vec3> evenly_around(std::size_t count) {
   std::vector<glm::vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
@@ -86,9 +86,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Below each contact, by its force.
+/// Computes the tissue below each contact, weighted by its force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  // voxels below the surface
+  // voxels below the surface at which the tissue is read
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
   const double h = voxel();
@@ -118,7 +118,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     }
     const Tissue sole = graded ? Tissue::kAir : sole_tissue(*felt_in, below);
     if (sole != Tissue::kAir) {
-      // Usually one contact, one tissue: 1.
+      // Usual case: one contact, one tissue with fraction 1.
       out.known_tissue = p.active.count == 1 && weight > 0;
       out.tissue[static_cast<std::size_t>(sole)] += out.known_tissue ? 1 : weight;
       continue;

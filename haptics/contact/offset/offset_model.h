@@ -1,4 +1,4 @@
-// "offset" (README.md) on the servo thread: planes from the field keep a god-object outside.
+// The servo's part of "offset" (README.md): contact planes from the distance field keep the proxy outside the tissue.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Voxels unless stated; V: voxel grid.
+/// Lengths are in voxels unless another unit is given. Frame V: voxel grid.
 class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
@@ -30,50 +30,51 @@ class OffsetModel : public PatchModel {
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
  protected:
-  /// Prepared at set-up.
+  /// Data of one tool's head, prepared at set-up.
   struct Head {
     Tool tool;
     ContactFinder finder;
-    NonCuttingContacts smooth;  // of shank and safe end
-    // voxels, centre to the farthest point of head and safe end
+    NonCuttingContacts smooth;  // contacts of shank and safe end
+    // voxels, distance from the head's centre to the farthest point of head and safe end
     double reach;
   };
 
-  /// Intermediate results of the present tick.
+  /// Intermediate results of the current tick.
   struct Step {
-    dvec3 start{0}, c{0};  // voxels: centre at the tick's start, and now
-    dvec3 target{0};       // voxels, at the hand's pose
-    dvec3 shift{0};        // voxels, since the last tick
-    // voxels that a cutting head may sink, within the budget
+    dvec3 start{0}, c{0};  // voxels, head's centre: at the tick's start, and now
+    dvec3 target{0};       // voxels, the head's centre at the hand's pose
+    dvec3 shift{0};        // voxels, displacement of the hand since the last tick
+    // voxels, sinking depth that the energy budget allows
     double slack = 0;
-    double slack_at_walls = 0;  // of `slack`, at a harder wall
+    double slack_at_walls = 0;  // voxels, part of `slack` at a wall of harder tissue
     double overlap_before = 0;
-    // voxels per tick against the hand: 1 N/s
+    // Voxels of lag behind the hand that change the force by 1 N/s for one tick.
     double pace_per_slew = 0;
-    bool paced = false;  // limited in this tick
-    // against the hand's acceleration in a fall, when tissue under the bur went; zero: none
+    bool paced = false;  // true: the proxy's speed is limited in this tick
+    // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.
     dvec3 fall_normal{0};
-    // voxels against fall_normal in this tick
+    // voxels, largest motion against fall_normal in this tick
     double fall_limit = 0;
-    // Voxels, hand to the proxy without speed limit; zero without contact. By contacts and energy debt.
+    // Voxels; vector from the hand to the proxy without the speed limit, caused by contacts and missing energy. Zero
+    // without contact.
     dvec3 contact_push{0};
-    ActivePlanes active{};  // active set
-    // As in Contact.
+    ActivePlanes active{};  // contact planes that hold the head
+    // Have the same meaning as in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
-  /// Over the iterations.
+  /// State of one search, kept from iteration to iteration.
   struct Search {
-    dvec3 found_at{0};  // voxels, at the last contact search
+    dvec3 found_at{0};  // voxels, the head's centre at the last contact search
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;     // iterations with contact and no long step
-    dvec3 long_step{0};  // voxels, last step too long for one iteration
-    int reversals = 0;   // long steps against the last long one
-    // by the speed limit; otherwise by a contact
+    int settled = 0;     // number of iterations with contact and without a long step
+    dvec3 long_step{0};  // voxels, last step that was too long for one iteration
+    int reversals = 0;   // number of long steps opposite to the previous long step
+    // true: the speed limit ends the search; false: a contact does
     bool at_pace = false;
-    dvec3 held_at{0};  // voxels, by contacts alone
-    // voxels, hand's target, corrected for the edges' grip
+    dvec3 held_at{0};  // voxels, the head's centre that contacts alone would give
+    // voxels, target of the head: the hand's position, corrected for the grip of the cutting edges
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
@@ -83,12 +84,13 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Voxels, lower bound; valid if positive.
+  /// Lower bound of the head's distance from tissue, voxels. Valid if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// The whole tool. `X_VT`; `head_free`: for the head alone.
+  /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the result for the
+  /// head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // proxy.cpp.
+  // Defined in proxy.cpp.
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -116,9 +118,10 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // removal.cpp.
+  // Defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// in.X_WG to X_WB, fine and coarse patch. True, with `cut`: changed.
+  /// Cuts the sweep from in.X_WG to X_WB in the fine and the coarse patch. If tissue changed, returns true and sets
+  /// `cut`.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
@@ -129,7 +132,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // filling.cpp.
+  // Defined in filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
@@ -141,71 +144,73 @@ class OffsetModel : public PatchModel {
   Step step_;
   ContactSet contacts_;  // contacts found in the last iteration
 
-  // Proxy, between ticks.
-  HeldBy held_;           // last tick's contacts
-  bool emptied_ = false;  // the last cut emptied the head
-  // voxels; decays while it is led out
+  // State of the proxy, kept between ticks.
+  HeldBy held_;           // contact planes of the last tick
+  bool emptied_ = false;  // true: the last cut removed all tissue inside the head
+  // voxels, tolerated overlap; decays while the head is moved out
   double overlap_ = 0;
-  bool sunk_ = false;  // while it is led out of deep tissue
-  // 0..1 of power at a harder wall, last tick; 0: no wall
+  bool sunk_ = false;  // true: the head is deep in tissue and is being moved out
+  // 0..1, fraction of power used at a harder wall in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s outside the patch
-  // N when the patch became late: a plane stands for the tissue, yielding to clearly more; 0: not late
+  double lost_for_ = 0;  // s, time that the tool has been outside its patch
+  // N, contact force when the patch became late. A plane then replaces the tissue, and yields to a larger force. 0: not
+  // late.
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, head's centre then
-  // s left of the smooth return
+  dvec3 bridge_from_{0};  // voxels, the head's centre when the patch became late
+  // s, remaining time of the smooth return to the tissue
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
-    dvec3 held_at{0};      // voxels, where contacts hold the proxy
-    double held_for = 0;   // s near held_at with the hand far away
-    bool leading = false;  // led back along its path
-    std::size_t to = 0;    // path point of the way back
-    bool wedged = false;   // hand away, no way back
+    dvec3 held_at{0};      // voxels, position at which contacts hold the proxy
+    double held_for = 0;   // s, time near held_at while the hand is far away
+    bool leading = false;  // true: the proxy is led back along its path
+    std::size_t to = 0;    // index of the path point at which leading back ends
+    bool wedged = false;   // true: the hand has moved away, but there is no way back
   } retreat_;
   struct Fall {
-    dvec3 push_mean{0};  // N, low-pass push on the head
-    // m/s, hand's velocity, short and long time constant
+    dvec3 push_mean{0};  // N, low-pass filtered push on the head
+    // m/s, the hand's velocity, filtered with a short and a long time constant
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // Removal, between ticks: what the head can still change.
-  CutFront front_, coarse_front_;  // fronts of both patches
-  Pose cut_end_;                   // at the last cut's end
-  std::uint32_t cut_tool_ = 0;     // of the last cut
-  // For the shank; joins fine cuts, and may wait.
+  // State of the removal between ticks. A front contains the samples that the head can still change.
+  CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse patch
+  Pose cut_end_;                   // pose of the head after the last cut
+  std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut
+  // A cut of the coarse patch. It joins several fine cuts, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // start and end
-    std::uint64_t cut = 0;   // last fine cut in it
+    std::uint64_t cut = 0;   // number of the last fine cut that it contains
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // the last coarse cut ended at X_WA
-    int waits = 0;           // ticks; 0: none waits
+    bool goes_on = false;    // true: the last coarse cut ended at X_WA
+    int waits = 0;           // ticks that the cut has waited; 0: no cut waits
   } coarse_;
 
   struct Filling {
-    double owed = 0;     // m³ delivered, not placed
-    double radius = -1;  // voxels; negative: none
-    // of its surface, free in the last tick
+    double owed = 0;     // m³, filling delivered but not placed yet
+    double radius = -1;  // voxels, radius of the dome; negative: there is no dome
+    // fraction of the dome's surface that could grow in the last tick
     double free_fraction = 1;
-    // voxels: dome's centre; free end when it began
+    // voxels: centre of the dome, and the instrument's free end when the dome began
     dvec3 center{0}, end{0};
-    // voxels, of the first dome; the search starts here
+    // voxels, centre of the first dome, where the search begins
     dvec3 root{0};
-    bool idle = false;  // could hardly grow in the last tick
+    bool idle = false;  // true: the dome could hardly grow in the last tick
   } filling_;
-  // Along rays from the first dome, all together, so nearest first.
+  // Search for an open place for filling, along rays from the first dome. All rays advance together, so the nearest
+  // place is found first.
   struct OpenPlaceSearch {
     struct Ray {
-      int next = 0;       // next sample
-      int in_tissue = 0;  // samples inside, in a row
+      int next = 0;       // index of the next sample to examine
+      int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // samples so far
-    std::size_t way = 0;  // index of the ray that is examined next
+    int looks = 0;        // index of the current sample of all rays
+    std::size_t way = 0;  // index of the ray to examine next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
-  // empty: no tool fills
+  // Directions of the search rays; empty if no tool fills.
   std::vector<glm::vec3> flow_directions_;
 };
 

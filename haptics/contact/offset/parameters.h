@@ -1,4 +1,5 @@
-// With unit and reason. Voxels unless stated: the field's resolution decides.
+// Parameters of the model "offset", with unit and reason. Most lengths are in voxels, because the resolution of the
+// field determines them.
 #pragma once
 
 #include <cstddef>
@@ -6,180 +7,187 @@
 
 namespace typodont::haptics::offset {
 
-/// Contacts, projection, motion, again (proxy.cpp).
+/// Contact search, projection and motion, repeated until the proxy no longer moves (proxy.cpp).
 struct SearchParameters {
-  // voxels of gap between head and tissue
+  // voxels, largest gap between head and tissue in a contact
   static constexpr double contact_range = 0.8;
-  // voxels per iteration with several contacts; below contact_range, so none is missed
+  // voxels, largest step per iteration with several contacts. Below contact_range, so that no contact is missed.
   static constexpr double contact_step = 0.6;
-  // voxels with at most one; thicker tissue is not passed
+  // voxels, largest step per iteration with at most one contact. The head cannot pass through thicker tissue.
   static constexpr double free_step = 1.5;
-  // voxels over which contacts hold
+  // voxels of motion before contacts are searched again
   static constexpr double reuse_distance = 0.3;
-  // voxels, one contact: shorter steps end it
+  // voxels, one contact: the search ends after a shorter step
   static constexpr double converged = 1e-6;
-  // voxels, one contact: sum of the rest, as a geometric series
+  // voxels, one contact: the search ends if the sum of all further steps (geometric series) is smaller
   static constexpr double foreseen = 1e-7;
-  // voxels, several contacts
+  // voxels, several contacts: the search ends after a shorter step
   static constexpr double settled = 2e-5;
-  // voxels, several, cutting; converges quadratically: the error is about this squared
+  // voxels, several contacts while cutting. The error is about the square of this, because the search converges
+  // quadratically.
   static constexpr double settled_cutting = 0.03;
-  // per tick, also without contact
+  // largest number of iterations per tick
   static constexpr int iterations = 48;
-  // In contact, per tick: not cutting, cutting.
+  // Largest numbers of iterations in contact, without and with cutting.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Long steps against the last long one; with more it would not converge.
+  // Largest number of long steps opposite to the previous long step; more of them would not converge.
   static constexpr int reversals = 2;
-  // Refinements per iteration, not cutting: exact planes of what blocks.
+  // Largest number of refinements per iteration without cutting, which compute exact planes of the blocking contacts.
   static constexpr int refining_rounds = 6;
-  // step / last step, up to which the secant is used
+  // The secant method is used while a step / the previous step is at most this.
   static constexpr double still_converges = 0.95;
-  // on a step, one contact
+  // largest lengthening factor of a step, with one contact
   static constexpr double most_gain = 10;
-  // on a step, one of several blocks
+  // largest lengthening factor if one of several contacts blocks it
   static constexpr double most_gain_of_many = 2;
-  // voxels per tick; the planes hold no deeper
+  // voxels, largest sinking depth per tick; the contact planes are not valid deeper
   static constexpr double most_slack = 1;
-  // voxels by cutting or rounding; more is inside, led out slowly
+  // voxels; overlap up to this comes from cutting or rounding. A deeper head is inside tissue, and is moved out slowly.
   static constexpr double deep = 0.6;
   // voxels; until then, a head led out of deep tissue follows the field's gradients
   static constexpr double led_out = 0.1;
 };
 
-/// A ball on one smooth wall is placed directly (ContactFinder::seat), within these; otherwise iterated.
+/// Limits within which a ball on one smooth wall is placed directly (ContactFinder::seat). Otherwise the search
+/// iterates.
 struct WallPlacementParameters {
-  // voxels, with an approximate plane
+  // voxels, largest overlap with an approximate plane
   static constexpr double overlap = 0.1;
-  // voxels, with another wall's exact plane
+  // voxels, largest overlap with the exact plane of another wall
   static constexpr double other_wall = 4e-3;
-  // cosine of one wall's planes
+  // cosine between normals above which planes are the same wall
   static constexpr double same_wall = 0.9;
-  // voxels, with another plane of the wall
+  // voxels, largest overlap with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  // voxels by which a checking iteration may move it
+  // voxels, largest displacement by an iteration that checks the result
   static constexpr double alone = 2e-4;
 };
 
-/// Proxy against hand, while cutting: at most 0.02 N per tick.
+/// Limits of the force's change while cutting, at most 0.02 N per tick. Implemented as a speed limit of the proxy
+/// relative to the hand.
 struct PaceParameters {
-  static constexpr double cut_slew = 6;  // N/s in contact
-  // N/s at break-through
+  static constexpr double cut_slew = 6;  // N/s, limit in contact
+  // N/s, limit when the head breaks through
   static constexpr double free_slew = 14;
-  // N/s when edges catch
+  // N/s, limit when the cutting edges catch
   static constexpr double grip_slew = 9;
-  // lateral / pressing force of the edges
+  // largest lateral force of the cutting edges / pressing force
   static constexpr double tooth_grip = 0.15;
-  static constexpr double tolerance = 1.02;  // of the limit
-  static constexpr int rounds = 4;           // iterations that enforce it
-  // s of motor work missing for past cuts, from which a bur is slowed
+  static constexpr double tolerance = 1.02;  // factor by which the limit may be exceeded
+  static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
+  // s of motor power that past cuts have consumed too much; above this, the bur is slowed down
   static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s, at which it stops
+  static constexpr double standing_debt = 12e-3;  // s of missing motor power at which the bur stops
 };
 
-/// Tissue under the bur went, the hand accelerates: limits the landing (follow_fall).
+/// A fall: tissue under the bur is gone, and the hand accelerates. The speed at the next contact is limited
+/// (follow_fall).
 struct FallParameters {
-  // s, low-pass for the present velocity
+  // s, time constant of the filter for the current velocity
   static constexpr double rough_time = 2e-3;
-  // s, for the mean velocity
+  // s, time constant of the filter for the mean velocity
   static constexpr double speed_time = 0.1;
-  // s, for the push, whose direction from before counts
+  // s, time constant of the filter for the push, whose direction before the fall is used
   static constexpr double push_time = 0.05;
-  // N/s of (present - mean velocity) × stiffness, for a fall
+  // N/s; a fall needs more (current - mean velocity) × stiffness
   static constexpr double gain = 5;
-  // cosine of mean push and against the gain of velocity, also for a fall
+  // A fall also needs a larger cosine between the mean push and the opposite of the gained velocity.
   static constexpr double along = 0.3;
   // N/s of speed × stiffness, always allowed at landing
   static constexpr double landing_slew = 12;
-  // on the hand's mean speed, always allowed at landing
+  // factor on the hand's mean speed, always allowed at landing
   static constexpr double growth = 1.2;
-  // N/s of (hand's - bur's speed) × stiffness while falling
+  // N/s, (hand's - bur's speed) × stiffness during a fall
   static constexpr double brake = 12;
 };
 
-/// Soft to hard, against heads from the soft side (Wang 2009, "boundary walls").
+/// Walls of harder tissue that stop a head which comes from softer tissue (Wang 2009, "boundary walls").
 struct WallParameters {
-  // m in the harder tissue, until which it acts
+  // m in harder tissue up to which its wall acts
   static constexpr double felt_depth = 0.1e-3;
-  // voxels from a border, where a sample may be either
+  // voxels from a border where samples may have either tissue
   static constexpr double border = 0.5;
-  // of a bur's power, at a harder wall
+  // smallest fraction of a bur's power at a harder wall
   static constexpr double least_power = 0.1;
-  // softer / harder specific energy, below which it is a wall
+  // A border is a wall below this softer / harder energy.
   static constexpr double from_ratio = 0.2;
-  // rounds per iteration: less depth at walls, projected again
+  // Largest number of rounds per iteration that reduce the depth at walls and project again.
   static constexpr int rounds = 4;
 };
 
-/// Inside tissue, or outside the patch.
+/// Recovery of a head inside tissue or outside the patch.
 struct RecoveryParameters {
-  // s, decay of the overlap
+  // s, time constant of the decay of the overlap
   static constexpr double recovery_time = 6e-3;
-  static constexpr double least_overlap = 0.01;  // voxels; less is outside
-  // s outside the patch, from which the new one is late
+  static constexpr double least_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
+  // s outside the patch until the new one is late
   static constexpr double patch_wait = 0.01;
-  // m to a fast hand, within which an advancing proxy's patch is not late; farther, the hand jumped
+  // m; if a fast hand is less than this ahead of a moving proxy, its patch is not late. Farther away, the hand has
+  // jumped.
   static constexpr double longest_lag = 20e-3;
-  // m of the head since, from which the plane's force falls
+  // m that the head has moved since the patch became late; beyond this, the plane's force decreases
   static constexpr double bridge_reach = 5e-3;
-  // N above the last contact, at which the plane yields
+  // N above the last contact force where the plane yields
   static constexpr double bridge_yield = 0.5;
-  // s of smooth return after a plane
+  // s, duration of the smooth return after a plane replaced the tissue
   static constexpr double rejoin_time = 0.3;
 };
 
-/// The hand is away, contacts hold: back along the path.
+/// If the hand has moved away but contacts hold the proxy, it is led back along its path.
 struct RetreatParameters {
-  // m, hand to proxy: perhaps away
+  // m from hand to proxy; beyond, the hand has left
   static constexpr double far = 2e-3;
-  static constexpr double still = 0.3e-3;  // m; less motion is held
-  // m: certainly away; at 1 N/mm nobody presses so hard
+  static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held
+  // m from hand to proxy; beyond this, the hand has moved away. At 1 N/mm, nobody presses so hard.
   static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;    // s held, before the way back
-  static constexpr double report_after = 1;  // s held, before a fault: no way back
-  // m that a path point must be nearer to the hand
+  static constexpr double patience = 0.3;    // s for which the proxy is held before it is led back
+  static constexpr double report_after = 1;  // s for which the proxy must be held without a way back before a fault is
+                                             // reported
+  // m by which a point of the path must be nearer to the hand than the proxy is
   static constexpr double gain = 0.1e-3;
-  static constexpr double slew = 14;  // N/s on the way back
-  // m from tissue, where the path starts again
+  static constexpr double slew = 14;  // N/s, rate of force while the proxy is led back
+  // m from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
-  // voxels between samples, proxy to hand
+  // voxels between samples on the line from proxy to hand
   static constexpr double look_step = 1;
 };
 
-/// Tissue around the shank.
+/// Cutting of the coarse patch, the tissue around the shank.
 struct CoarseParameters {
-  // coarse voxels of the head per coarse cut
+  // coarse voxels that the head moves per coarse cut
   static constexpr double cut_step = 0.2;
-  // ticks that a coarse cut may wait
+  // largest number of ticks that a coarse cut may wait
   static constexpr int most_waits = 4;
 };
 
-/// Limits for a filling instrument (filling.cpp).
+/// Placing of filling by a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s of delivery that are kept when they do not fit; the rest is lost
+  // s of delivery that wait for room; more is lost
   static constexpr double waits = 0.05;
-  // gradient near one surface; about 1 there, less midway between two
+  // Length of the field's gradient above which one surface is nearest. It is about 1 there, and smaller midway between
+  // two surfaces.
   static constexpr double one_surface = 0.5;
-  // voxels between samples in front
+  // voxels between samples in front of the instrument
   static constexpr double look_step = 0.25;
-  static constexpr double step = 0.25;    // voxels of radius, always allowed per tick
-  static constexpr double most_step = 1;  // voxels of radius per tick
-  // s of delivery, beyond what waits, per tick
+  static constexpr double step = 0.25;    // voxels by which the radius may always grow per tick
+  static constexpr double most_step = 1;  // voxels, largest growth of the radius per tick
+  // s of delivery placed per tick beyond what still waits
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
-  // free fraction, at which a dome stops
+  // free fraction of its surface where a dome stops growing
   static constexpr double buried = 0.01;
-  // voxels from tissue, head and limiting solid, to be open
+  // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // in the instrument's reach
+  // range of the search in multiples of the instrument's reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
-  // samples inside in a row; filled walls hold both, so a few do not end a ray
+  // Number of consecutive samples in tissue that do not end a ray: filled walls consist of both tissue and filling.
   static constexpr int thin = 3;
-  // ns per tick, about
+  // ns, approximate time for the search per tick
   static constexpr int search_cost = 60000;
-  // ns, about: skipped ray, sample, test for room
+  // ns, approximate time of a skipped ray, a sample, a test for room
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
-  static constexpr std::size_t directions = 2048;  // rays of the search
+  static constexpr std::size_t directions = 2048;  // number of search rays
 };
 
 }  // namespace typodont::haptics::offset

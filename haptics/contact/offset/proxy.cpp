@@ -11,12 +11,9 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Models the grip of the bur's cutting edges as a friction cone on the god-object. The tangential lag is the distance
-/// along the surface by which the head lags behind `target`. While a rotating head is pressed into tissue, it moves
-/// sideways only if the tangential lag exceeds the friction limit. This grip keeps the roughness of the cut surface
-/// from shaking the hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last
-/// tick. The tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly.
-/// Voxels.
+/// Grip of the cutting edges as a friction cone: a pressed, rotating head moves sideways only if its lag behind
+/// `target` exceeds the friction limit. Returns the target with a limited lag, which changes by at most `most`.
+/// `moved`: motion of the hand. Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -24,19 +21,15 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // `lag`: vector along the surface from the head to the target. Friction limits the change of this vector since the
-  // last tick.
+  // Limits the change of the lag (vector along the surface from the head to the target) since the last tick.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
   return target + lag;
 }
 
-/// Limits the proxy's speed relative to the hand. `step`: displacement of the proxy without this limit. `shift`: its
-/// displacement if it were rigidly connected to the hand. Returns the largest allowed distance of the proxy from the
-/// end of `shift`. This is `pace`; if the segment `step` is farther than about `pace` from the end of `shift`, it is
-/// slightly more than that distance. So a head that is stuck in its hole can sink even while the hand moves fast
-/// sideways.
+/// Limits the proxy's speed relative to the hand. Returns the allowed distance from the end of `shift`, the rigidly
+/// connected displacement: `pace`, or slightly more than the distance of `step`, so that a stuck head can sink.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -64,8 +57,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  // These are two separate assignments, because a chained assignment would read the first value back from memory and
-  // wait for the store.
+  // Separate assignments, because a chained one would read the first value back from memory.
   s.fall_normal = dvec3(0);
   s.contact_push = dvec3(0);
   s.active.count = 0;
@@ -84,11 +76,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the speed at which the bur meets tissue after a fall. In a fall, the tissue under the bur has been removed,
-/// so the hand accelerates. Without a limit, the bur would meet the next tissue at a high speed, which would cause a
-/// force step. A fall is detected if the push of the tissue decreases while the hand gains speed against this push. The
-/// bur then sinks no faster than the allowed speed. A hand that moves the bur at constant speed does not fall, also on
-/// a steep path.
+/// Limits the speed at the next contact after a fall: the tissue under the bur is gone, so the hand accelerates. A fall
+/// is detected if the push of the tissue decreases while the hand gains speed against it.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -105,8 +94,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A fall (the tissue under the bur was removed) is recognised by the hand's gain of speed. The gain must exceed
-  // F::gain / stiffness plus the noise of one encoder count of the position.
+  // The gain must exceed F::gain / stiffness plus the noise of one encoder count.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -145,9 +133,8 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
 
-/// Computes the position of a ball on one smooth wall without the iterative search. Returns false if this is not
-/// possible. `alone`: true if there is no other tissue near the ball. If there is other tissue, the caller must check
-/// the position with one iteration of the search.
+/// Computes the position of a ball on one smooth wall without iterations. Returns false if this is not possible.
+/// `alone`: no other tissue is near; otherwise the caller must check the position with one iteration.
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -170,7 +157,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
 
     find_contacts(in, s, head_free);
     if (seated && contacts_.deepest() > WallPlacementParameters::overlap) return Ending::kPlacementRefused;
-    // The head is completely inside tissue, and no surface is within the search range.
+    // The head is inside tissue; no surface is in range.
     if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {
       p.deep = true;
       p.c = p.target;
@@ -198,8 +185,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // In a narrow cavity, no single position may have contact with all walls. The search could then alternate between
-      // two positions for ever. So the search counts the long steps that are opposite to the previous long step.
+      // In a narrow cavity, the search could alternate between two positions for ever, so it counts opposite long
+      // steps.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (s.reversals > Q::reversals) break;
@@ -208,19 +195,19 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the speed limit is reached, so the search ends; the next tick continues from this position
+    if (s.at_pace) {  // the speed limit ends the search until the next tick
       p.touching = !comes_free;
       break;
     }
     const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
-    // Estimates the sum of all remaining steps as a geometric series.
+    // Estimates the sum of remaining steps as a geometric series.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
     const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen || ++s.settled >= most_settled) break;
-    // If no contact pushes the head, it has reached the target, and the search ends. Otherwise the search continues. On
-    // a smooth surface, the remaining error after an iteration is about the square of the error before it.
+    // Without contact, the head has reached its target. With contact on a smooth surface, the error after an iteration
+    // is about the square of the error before.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -253,8 +240,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   const dvec3 next = p.c + way * ((free - 1) / distance);
   if (!patch_.covers(next, reach() + 1)) {
     p.lost = true;
-    // The head moves to the border of the patch, so that the next patch is centred farther ahead. Otherwise a head for
-    // which each step is longer than the patch would never advance.
+    // Moves to the border of the patch, so that the next patch is centred farther ahead; otherwise a fast head would
+    // never advance.
     p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
     return Advance::kArrived;
   }
@@ -263,9 +250,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts of the head at its present centre, p.c. Reuses the contacts of the last search if the head has
-/// moved only a little since then. Always searches anew for a head that is not a ball and does not cut, and if the last
-/// search found at most one contact, a head deep in tissue, or the flat walls of a groove.
+/// Finds the contacts of the head at p.c; reuses the last ones after a short motion. Always searches again for a head
+/// that is neither ball nor cutting, after at most one contact, deep in tissue, and in a groove.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -280,8 +266,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Searches the contacts of the head, the shank and the safe end (non-cutting pin at the tip), with the head's centre
-/// at c.
+/// Searches the contacts of head, shank and safe end (pin at the tip), with the head's centre at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_, only_touches(in));
@@ -291,8 +276,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Where the tissue is harder than the tissue that is being cut, reduces the depth of the cut in proportion to the
-  // specific energies. Where the tissue is softer, the depth does not change.
+  // In harder tissue than that being cut, reduces the depth of the cut by the ratio of the specific energies.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -303,7 +287,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   step_.active = guess_active(contacts_, held_);
 }
 
-/// Returns the position nearest to the target that the contacts and the speed limit allow.
+/// Position nearest to the target within contacts and speed limit.
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
@@ -313,8 +297,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // If the hand falls (the tissue under the bur was removed), an additional plane under the head limits the speed. The
-  // plane sinks at the speed at which the bur may meet tissue.
+  // In a fall, an additional plane under the head limits the speed. It sinks at the allowed landing speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -326,12 +309,12 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Computes the exact planes of the contacts that block the head (found with approximate planes), and projects the
-/// target again. Repeats both steps, because with the exact planes other contacts may block the head.
+/// Computes the exact planes of the contacts that block the head, and projects again. Repeats this, because the exact
+/// planes may change which contacts block.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
-  const int least = only_touches(in) ? 0 : 1;  // a single contact of a head that cuts or fills stays as sampled
+  const int least = only_touches(in) ? 0 : 1;  // a cutting or filling head's single contact is not refined
   for (int round = 0; round < rounds && contacts_.count() > least && p.active.count > 0; ++round) {
     bool refined = false;
     for (int i = 0; i < p.active.count; ++i) {
@@ -340,8 +323,7 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
     if (!refined) break;
     next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   }
-  // Walls between tissues (Wang 2009): at the border to harder tissue, a bur that comes from softer tissue cuts with
-  // only a fraction of its power. The fraction is the ratio of the specific energies.
+  // At the border to harder tissue (Wang 2009), a bur uses a fraction of its power: the ratio of the specific energies.
   const bool walled = in.cuts && settings_.boundary_walls;
   for (int round = 0;
        walled && p.slack > 0 && round < WallParameters::rounds && hold_at_walls(p.active, p.slack_at_walls); ++round) {
@@ -350,10 +332,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   return next;
 }
 
-/// Makes the step longer, so that the search converges faster (secant method). Along a smooth curved surface, each step
-/// is a constant fraction of the previous step (negative in a concave surface). So the sum of all remaining steps is a
-/// geometric series, and one step multiplied by a gain replaces them all. If several contacts block the head, the gain
-/// is at most 1. The component of the step towards the tissue is not changed.
+/// Lengthens the step (secant method). On a smooth curved surface, steps form a geometric series, whose sum replaces
+/// them. With several blocking contacts, the gain is at most 1. The component towards the tissue does not change.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -367,8 +347,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// Computes the depth to which the head may sink in this tick. The energy budget pays for the volume that this removes:
-/// contact area × depth, plus the volume of the spherical cap by which the contact grows.
+/// Computes how deep the head may sink in this tick. The energy budget pays for contact area × depth plus the spherical
+/// cap by which the contact grows.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
@@ -382,17 +362,16 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// Returns the fraction 0..1 of its step that a bur may make. A bur is in debt if its cuts needed more energy than its
-/// motor has delivered. While a bur in debt is pressed into tissue, it is slowed down until the motor has delivered the
-/// missing energy. This rule also acts on a bur with a sharp rim in a pit that is so shallow that no wall is detected.
+/// Fraction 0..1 of its step that a bur may make. A bur in debt, whose cuts needed more energy than the motor
+/// delivered, is slowed down while it is pressed into tissue.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// Checks the position of a ball that was computed from a single wall. Returns true if the ball overlaps the planes
-/// that hold it by less than a tolerance. The tolerance is smaller for a plane of another wall.
+/// Returns true if a ball placed on a single wall overlaps the planes that hold it by less than a tolerance, which is
+/// smaller for planes of other walls.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -404,12 +383,8 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of a bur's force. `carried`: position that the bur would reach if it were rigidly connected to the
-/// hand. The new position must be at most `most` away from `carried`; among these positions, the one nearest to the
-/// hand is chosen. To find it, the contacts are solved for a target between `carried` and the hand. The lag behind the
-/// hand never grows: a bur that passes a rim first meets the tissue behind the rim, and then catches up with the hand.
-/// `next`: on entry, the position that the contacts alone determine; on return, the new position. Returns the target
-/// that was used.
+/// Limits the change of a bur's force: finds the position nearest to the hand within `most` of `carried` (rigidly
+/// connected to the hand). `next`: in: position by contacts alone; out: new position. Returns the target that was used.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -423,9 +398,8 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// Returns the fraction of its power with which the head cuts at this plane. A plane is at a wall if the head comes
-/// from softer tissue and touches much harder tissue there. The fraction is then the ratio of the softer to the harder
-/// tissue's specific energy. At all other planes it is 1.
+/// Fraction of its power with which the head cuts at this plane. At a wall (the head comes from much softer tissue), it
+/// is the ratio of the specific energies; elsewhere 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -434,8 +408,7 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the fraction of its power with which the head cuts at the strongest wall of harder tissue that it touches:
-/// the smallest value of wall_at() over all contact planes that stop the head. Returns 0 if it touches no such wall.
+/// Smallest wall_at() of all planes that stop the head; 0 if none of them is a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
@@ -458,9 +431,8 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// Limits the change of a bur's force in two situations: the bur loses contact (at the rim of its own cut, or because
-/// it has removed the last tissue), or its contacts change. To this end the function limits the proxy's speed relative
-/// to the hand. This limit can only let the proxy lag behind the hand, so it dissipates energy and never generates it.
+/// Limits the change of a bur's force when it loses contact or its contacts change, by a speed limit of the proxy
+/// relative to the hand. The proxy can only lag behind the hand, so this dissipates energy.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -472,10 +444,8 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
 }
 
-/// Leads the proxy back if it is trapped, for example under an overhang or behind a ledge that remained after its own
-/// cut. A trapped proxy does not move, however far the hand moves away. The head is led along its own recorded path,
-/// which is free of tissue, to the path point nearest to the hand. The force changes at a limited rate, and nothing is
-/// cut. Returns true if the head is led in this tick.
+/// Leads a trapped proxy (under an overhang, behind a ledge) back along its recorded path, to the point nearest to the
+/// hand. Nothing is cut. Returns true if it is led in this tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -502,7 +472,7 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // s; for this time, the proxy will follow the hand at a limited speed
+  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy's speed is limited during this time
   breaking_through_ = true;
   return true;
 }
@@ -529,9 +499,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Returns true if the hand has moved away. There are two cases. In the first case, the straight line from the proxy to
-/// the hand contains a place, inside the patch or the coarse patch (copies of the field), at which the head would not
-/// touch tissue. In the second case, the hand is too far away to be pressing the tool into tissue.
+/// Returns true if the hand has moved away: either the line from the proxy to the hand contains a place where the head
+/// would not touch tissue, or the hand is too far away to be pressing.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -545,8 +514,7 @@ bool OffsetModel::hand_has_left() const noexcept {
       continue;
     }
     if (patch_.coarse_levels.empty()) return false;
-    // The coarse patch (around the shank) is much larger. Its samples are `every` voxels apart, so it must show more
-    // free space.
+    // Samples of the coarse patch are `every` voxels apart, so it must show more free space.
     const SurfacePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.covers(x / every, 1)) return false;
@@ -555,12 +523,9 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Handles a tool outside its patch (copy of the field around the tool). Until a new patch arrives, the plane of the
-/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the new
-/// patch is late, the plane yields to a force larger than that of the last contact, so that the plane never traps the
-/// hand. Its force also falls to zero while the head's distance from its position at the time when the patch became
-/// late grows from one to two times bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the
-/// measurements.
+/// Replaces the tissue by the plane of the last contact until a new patch arrives (Adachi 1995, Mark 1996). If the
+/// patch is late, the plane yields to larger forces, and its force ends beyond bridge_reach. Measurements:
+/// docs/safety.md.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
@@ -577,8 +542,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // Limit in voxels: the plane that replaces missing tissue data can hold the head at most this
-                          // far from the hand.
+                          // voxels, largest distance of the plane from the hand
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }
@@ -610,8 +574,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.contact_push;
   out.wall = wall_;
-  // The contact area is measured on the samples of the head's surface. If there is only one exact contact, no samples
-  // were examined. The area is then estimated for a ball on a plane.
+  // The area is measured on the samples of the head's surface. With a single exact contact there are none, so it is
+  // estimated for a ball on a plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

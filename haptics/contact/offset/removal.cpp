@@ -1,4 +1,4 @@
-// In the servo's patch, and missing cuts in a new one.
+// Removes tissue from the servo's patch, and repeats cuts that a new patch lacks.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return changed;
 }
 
-/// Along the proxy's motion. True, with `cut`: changed.
+/// Cuts along the proxy's motion. If tissue changed, returns true and sets `cut`.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
   const bool changed = emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
@@ -25,12 +25,12 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // Undo or redo may have restored tissue at the head: the next sweep cuts its start, too.
+  // Undo or redo may have restored tissue at the head, so the next sweep also cuts at its start.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  // voxels³ × hardness, the cut's cost
+  // voxels³ × hardness; determines the energy of the cut
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
@@ -46,8 +46,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Coarse, A to B, joining short cuts that it cannot resolve. `may_wait`: the fine cut took long; only the shank
-/// touches it, and follows the head.
+/// Cuts the coarse patch from A to B, and joins cuts that are too short for its resolution. `may_wait`: the fine cut
+/// took long, so this cut may wait; only the shank, which follows the head, touches the coarse patch.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -56,7 +56,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
     coarse_.X_WA = X_WA;
     coarse_.goes_on = false;
   }
-  // Bound of a rotation: 2.3 √(2 - 2|cos|) × reach, cos of the quaternions.
+  // Upper bound of the motion by rotation: 2.3 √(2 - 2|q·q'|) × reach, with the orientations q and q'.
   const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_.X_WA.R))));
   const double moved = glm::length(X_WB.p - coarse_.X_WA.p) + turned * tool().reach();
   coarse_.cut = cut_count_;
@@ -67,7 +67,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
 }
 
-/// If one waits.
+/// Makes the waiting coarse cut, if there is one.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -78,10 +78,10 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // After undo or redo the snapshot has every valid cut: a waiting one is dropped.
+  // After undo or redo, the snapshot contains all valid cuts, so a waiting cut is dropped.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
-  // From the volume, which was cut in shorter steps: its front is not valid.
+  // The new coarse patch comes from the volume, which was cut in shorter steps, so its front is not valid.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -99,7 +99,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
-/// Of a new snapshot's coarse patch.
+/// Repeats cuts in the coarse patch of a new snapshot.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.coarse_levels.empty()) return;
   SurfacePatch& coarse = fresh.coarse_levels.front();

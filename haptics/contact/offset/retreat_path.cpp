@@ -12,7 +12,7 @@ double square(const dvec3& v) {
 
 }  // namespace
 
-/// As far as a search from the start proves.
+/// Sets far_: number of first points certainly far from c.
 void RetreatPath::find_far_points(const dvec3& c) noexcept {
   far_ = 0;
   far_from_ = c;
@@ -27,7 +27,7 @@ void RetreatPath::find_far_points(const dvec3& c) noexcept {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
-  // First point at c's place. Points are at most longest_ apart, so many are certainly too far.
+  // Searches the first point at the place of c. Points are at most longest_ apart, so it skips points that are too far.
   if (!(square(c - far_from_) < kFar * kFar)) find_far_points(c);
   std::size_t visited = far_;
   while (visited < points_.size()) {

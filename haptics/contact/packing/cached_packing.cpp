@@ -16,7 +16,7 @@ constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size of the cache
 constexpr const char* kSuffix = ".packing";
 
-/// use(address, bytes) for each value and array.
+/// Calls use(address, bytes) for each part of a packing.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };
@@ -34,7 +34,7 @@ void write(const fs::path& path, const SpherePacking& packing) {
   if (!written || !out.flush()) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False: not a packing of so many spheres.
+/// Returns false if the file contains no packing of `spheres` spheres.
 bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
   std::ifstream in(path, std::ios::binary);
   packing.center.resize(spheres), packing.radius.resize(spheres), packing.tissue.resize(spheres);

@@ -1,11 +1,11 @@
-// A packing takes seconds, so later runs reuse it from disk. Set-up only.
+// Packings in a cache on disk, because a packing takes seconds to compute. Set-up only.
 #pragma once
 
 #include "haptics/packing.h"
 
 namespace typodont::haptics::packing {
 
-/// pack_spheres(), or the same from the cache. Equal input, equal bits.
+/// Packing of pack_spheres(), from the cache if it is there. Equal input gives equal bits.
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options);
 
 }  // namespace typodont::haptics::packing

@@ -31,10 +31,10 @@ namespace packing {
 namespace {
 
 constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
-// Of one pass; with more it has failed.
+// Largest number of results per pass; with more, it fails.
 constexpr std::size_t kExpected = 65536;
 
-/// By `ball`; within one, the tree's order stays.
+/// Sorts results by their ball, and those of one ball by the tree's order.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {
@@ -43,7 +43,7 @@ void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   });
 }
 
-/// False: too long. Never allocates.
+/// Copies `from` to `to`; returns false if too long.
 template <class Result>
 bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   if (from.size() > to.capacity()) return false;
@@ -51,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Pass 1 with the tree.
+/// Pass 1 on the CPU, with the tree.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -160,7 +160,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // The tool's first sphere goes into one of the tissue, by a fifth of its radius.
+    // The tool's first sphere moves into a sphere of the tissue, by a fifth of its radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

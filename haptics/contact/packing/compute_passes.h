@@ -1,4 +1,4 @@
-// The three passes on a GPU. Sums in the CPU's order, so bits agree.
+// The three passes of a tick on a GPU. Sums are added in the order of the CPU, so both give the same bits.
 #pragma once
 
 #include <memory>
@@ -12,30 +12,30 @@
 
 namespace typodont::haptics::packing {
 
-/// Spheres; with fewer, the CPU is done before the GPU starts.
+/// Smallest number of spheres for a GPU; with fewer, the CPU finishes before a GPU has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Servo thread; noexcept; allocates only in the GPU's driver. After a failure ready() is false until load(), and the
-/// caller uses the CPU.
+/// Servo thread only; noexcept; allocates only in the GPU's driver. After a failure, ready() is false until load() is
+/// called, and the caller uses the CPU.
 class ComputePasses {
  public:
-  /// `tools`: all that will be used.
+  /// `tools`: all tools that will be used, as spheres.
   ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<const ToolSpheres> tools);
 
   std::string device() const { return passes_->device(); }
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1: first contact.
+  /// Pass 1: finds the first contact of moving balls. Returns false after a failure.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2, as estimate_surface(). `X_WP`: proxy; `p_WC`: contact.
+  /// Pass 2, as estimate_surface(). `X_WP`: proxy; `p_WC`: contact point.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3 without a change: J of the head's motion. `near_to`: end of the longest motion in this tick, whose spheres
-  /// are searched once.
+  /// Pass 3 without changing the tissue: energy (J) for the head's motion. `near_to`: end of the longest motion in this
+  /// tick; spheres near it are searched only once.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3 from X_WA to X_WB, as packing::carve().
+  /// Pass 3: cuts from X_WA to X_WB, as packing::carve().
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -46,20 +46,21 @@ class ComputePasses {
   bool ready_ = false;
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
-  std::vector<std::uint32_t> number_;  // tool sphere of each ball in resting_
-  std::vector<SphereShare> shares_;    // in the order of the CPU's sums
+  std::vector<std::uint32_t> number_;  // for each ball in resting_: index of its tool sphere
+  std::vector<SphereShare> shares_;    // overlaps, in the order of the CPU's sums
   std::vector<SphereChange> changes_;
-  std::vector<CutSphere> loaded_;  // by index, to copy to the GPU
+  std::vector<CutSphere> loaded_;  // all spheres by index, to copy them to the GPU
 };
 
-/// Means, CPU and GPU.
+/// Mean times of the three passes on CPU and GPU.
 struct PassTimes {
-  double processor = 0, gpu = 0;  // s per tool position
-  bool same = true;               // equal bits in all tests
-  /// Faster, with equal bits.
+  double processor = 0, gpu = 0;  // s per position of the tool
+  bool same = true;               // true: the results had equal bits in all tests
+  /// Returns true if the GPU is faster, with equal bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Takes several ticks: set-up only, with `tissue` loaded.
+/// Measures and compares the passes at `looks` positions of the tool. Takes as long as several ticks: set-up only,
+/// after `tissue` was loaded.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

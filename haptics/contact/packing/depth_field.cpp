@@ -46,7 +46,8 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Labels are dithered for exact volumes (solid.cpp), but packing needs smooth borders: the most frequent neighbour.
+// Labels are dithered, so that volumes are exact (solid.cpp). Packing needs smooth borders: takes the most frequent
+// label of the neighbours.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -56,7 +57,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // All neighbours agree.
+    // Skips voxels whose neighbours all have the same label.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -78,8 +79,8 @@ void DepthField::smooth_labels() {
   }
 }
 
-// Closest points pass from voxel to voxel (Danielsson 1980), here also between voxels. The field's distances are
-// inexact far from the surface and near cuts.
+// Passes closest surface points from voxel to voxel (Danielsson 1980). Needed because the field's distances are inexact
+// far from the surface and near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -91,7 +92,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Crossings of the surface between neighbours, and points by the gradient.
+  // Starts with points where the surface crosses between neighbours, and with points by the gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -117,7 +118,7 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // The 13 of 26 that a forward scan visits first; the rest are opposite.
+  // The 13 of 26 neighbours that a forward scan visits earlier; the others are opposite to them.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {
@@ -125,8 +126,8 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Forward and backward until nothing changes. Only neighbours changed in this scan or the last. `changed_in`: last
-  // scan; 0: never, or a start.
+  // Scans forward and backward until nothing changes. Examines only neighbours that changed in this scan or the last
+  // one. `changed_in`: number of the last scan that changed a voxel; 0: none.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

@@ -1,4 +1,4 @@
-// Depth inside a tissue. Set-up only.
+// Depth of points inside a tissue. Set-up only.
 #pragma once
 
 #include <cstddef>
@@ -8,25 +8,26 @@
 
 namespace typodont::haptics::packing {
 
-/// To the nearest surface or border with another tissue. Voxels; p_V = (0,0,0) is the first sample.
+/// Distance to the nearest surface or border with another tissue, in voxels. p_V = (0,0,0) is the position of the first
+/// sample.
 class DepthField {
  public:
   explicit DepthField(const DenseTissue& tissue);
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  /// m³, by each voxel's fraction inside.
+  /// m³ of each tissue, by each voxel's fraction inside.
   const PerTissue& volume() const { return volume_; }
 
-  /// Of the eight samples around, the nearest with tissue; kAir: none.
+  /// Tissue of the nearest of the eight samples around p_V that contains tissue; kAir: none.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Voxels, in its own tissue; -1: none.
+  /// Depth in p_V's tissue, voxels; -1: no tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
-  /// Voxels in this tissue, trilinear; negative outside it, -1 outside the field and for kAir.
+  /// Depth in the given tissue, voxels (trilinear). Negative outside this tissue; -1 outside the field and for kAir.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:
-  // One more layer of air, so that all have 26 neighbours.
+  // The arrays have an additional layer of air, so that every voxel has 26 neighbours.
   std::size_t index(const glm::ivec3& v) const {
     return static_cast<std::size_t>((v.x + 1) * stride_x_ + (v.y + 1) * stride_y_ + v.z + 1);
   }
@@ -37,9 +38,9 @@ class DepthField {
   VoxelFrame frame_;
   glm::ivec3 size_;
   std::ptrdiff_t stride_x_ = 0, stride_y_ = 0;
-  std::vector<float> depth_;           // voxels; in air, minus the distance to tissue
+  std::vector<float> depth_;           // voxels, depth; in air, minus the distance to tissue
   std::vector<Tissue> label_;          // label of each voxel; kAir outside the tissue
-  std::vector<std::ptrdiff_t> solid_;  // with tissue, ascending
+  std::vector<std::ptrdiff_t> solid_;  // indices of the voxels with tissue, ascending
   PerTissue volume_{};
 };
 

@@ -8,15 +8,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// gap / smaller radius, to be linked at first. Large, to reach the next deeper layer, to which links remain when a cut
-/// shrinks a sphere that way.
+/// Largest gap / smaller radius of spheres that are linked at the start. Large, so that links reach the next deeper
+/// layer; they remain when a cut shrinks a sphere in that direction.
 constexpr double kLink = 1.5;
-// m by which a gap must grow, and reach the sum of radii, to break; less than any tool's diameter
+// m; a link breaks if its gap has grown by this and reaches the sum of radii. Less than any tool's diameter.
 constexpr double kWidened = 0.1e-3;
-// spheres per turn of a flood
+// number of spheres that a flood fill visits per turn
 constexpr int kPace = 16;
 
-/// `gap_at_start`: before any cut.
+/// Returns true if two spheres are linked. `gap_at_start`: their gap before any cut.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -25,7 +25,7 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 
 struct Flood {
   std::vector<int> reached;  // all spheres that this flood fill has reached
-  std::size_t done = 0;      // visited of `reached`
+  std::size_t done = 0;      // number of spheres in `reached` that were visited
 };
 
 }  // namespace
@@ -71,7 +71,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
                static_cast<double>(link.gap));
 }
 
-/// Before the present cut.
+/// Returns true if the link existed before the current cut.
 bool LooseSpheres::linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
@@ -86,7 +86,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // A body separates only where links broke.
+  // A body can only separate where links broke.
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -112,11 +112,11 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// From each seed over links. All seeds were one body.
+/// Flood fills over links from seeds of one former body.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // merged with, per flood
+  std::vector<int> joined(seeds.size());  // for each flood fill: the one with which it was merged
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -145,7 +145,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Met: the smaller list is appended, and its unvisited neighbours follow, some twice.
+            // Two floods have met: appends the smaller list to the larger. Its unvisited neighbours follow, some of
+            // them twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -158,7 +159,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        // ended alone: a loose piece
+        // this flood has ended without meeting another: a loose piece
         loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);
@@ -167,7 +168,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If all ended alone, the largest is the main body.
+  // If all floods have ended separately, the largest is the main body, not a loose piece.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -1,4 +1,4 @@
-// Spheres that a cut has unlinked from their body.
+// Finds spheres that a cut has separated from their body.
 #pragma once
 
 #include <span>
@@ -9,29 +9,27 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread; deterministic. Close spheres are linked. A link breaks if one disappears, or the gap has grown by 0.1
-/// mm since the start and exceeds the sum of radii: both shrink away from a tool between them, while links on the far
-/// side stay. Floods from spheres that lost links grow alike until they meet; one that ends alone is loose. Bodies
-/// separate at the start are not.
+/// Carver thread only; deterministic. Neighbouring spheres are linked. A link breaks if a sphere disappears, or if the
+/// gap has grown by 0.1 mm and exceeds the sum of radii. Flood fills over the links find loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
 
-  /// Before a cut changed it.
+  /// A sphere before a cut changed it.
   struct Changed {
     int sphere;
     dvec3 center;   // m, centre of the sphere
     double radius;  // m, radius of the sphere
   };
-  /// After each cut, with the changed spheres, each once. The pieces stay in the tissue.
+  /// Loose pieces after a cut; they stay in the tissue. `changed`: the spheres that the cut changed, each once.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
-  /// At the start.
+  /// Number of separate bodies at the start.
   int bodies() const { return bodies_; }
 
  private:
   struct Link {
     int to;
-    float gap;  // m, at the start
+    float gap;  // m, gap between the two spheres at the start
   };
   std::span<const Link> links(int i) const {
     const auto k = static_cast<std::size_t>(i);
@@ -45,11 +43,11 @@ class LooseSpheres {
   std::vector<Link> links_;
   std::vector<int> body_;  // for each sphere: index of its body
   int bodies_ = 0;
-  std::vector<Changed> before_;  // before its last change, per sphere
-  std::vector<unsigned> cut_;    // cut that last changed it
+  std::vector<Changed> before_;  // for each sphere: its state before its last change
+  std::vector<unsigned> cut_;    // for each sphere: the cut that last changed it
   unsigned cuts_ = 0;
-  std::vector<unsigned> seen_;  // search that last reached it
-  std::vector<int> flood_;      // flood that reached it
+  std::vector<unsigned> seen_;  // for each sphere: the search that last reached it
+  std::vector<int> flood_;      // for each sphere: the flood fill that reached it
   unsigned search_ = 0;
 };
 

@@ -17,16 +17,16 @@ namespace {
 
 using namespace packing;
 
-/// With the tissue that the tool removes in it.
+/// One interval of the recorded force, with the tissue that the tool removes in it.
 struct Moment {
-  double t = 0, measured = 0;  // s, start; N, mean measured
-  // index and m³ of overlapped spheres
+  double t = 0, measured = 0;  // s, start of the interval; N, mean measured force
+  // overlapped spheres: index and overlap in m³
   std::vector<std::pair<int, double>> overlap;
-  double gain = 0;  // N, if all densities were 1
+  double gain = 0;  // N, force if all densities were 1
 };
 
-/// Force / cutting power, N/W, by Preston's law (the servo's `earn`): power = μ_c · efficiency · F · R · ω. Without the
-/// motor's loss of speed.
+/// Returns force / cutting power in N/W by Preston's law (as `earn` in the servo): power = μ_c · efficiency · F · R ·
+/// ω. Ignores the motor's loss of speed under load.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
@@ -64,7 +64,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 
-  // What is removed in each interval, independent of densities, so once.
+  // Computes the removed tissue of each interval once, because it does not depend on the densities.
   SphereTissue spheres(packing, parameters.removal,
                        cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue));
   CutBuffers buffers(packing.size());
@@ -132,7 +132,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) {
       const double unit = stability_of(m.overlap, m.gain, 1);
       adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
-      // At least zero: no resistance.
+      // Densities are at least zero, which means no resistance.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }

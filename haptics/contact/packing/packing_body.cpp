@@ -15,28 +15,25 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// Voxels. Each time the tool sphere that cuts a tissue sphere has moved this far, PackingBody::changed() stores its
-// position and radius as a note. rasterize() updates the field from the notes.
+constexpr int kBlock = 8;  // voxels, edge of blocks in which the field is updated
+// Voxels. When the ball that cuts a sphere has moved this far, its position and radius are stored as a note, from which
+// rasterize() updates the field.
 constexpr double kNoteEvery = 0.03;
-// voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and the gaps around it,
-// because interpolation also reads neighbouring voxels
+// voxels; a cut changes the field up to this distance beyond the sphere and its gaps, because of interpolation
 constexpr double kAround = 1.8;
-// Ratio to the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if the distance of
-// the gap from the sphere is at most this.
+// A gap belongs to a sphere up to this distance from it, in radii of the largest hole in the packing.
 constexpr double kGapsAround = 2;
-// largest number of changes of spheres that may wait for the next update of the field; if there are more, the field is
-// updated at once
+// largest number of notes; with more, the field is updated
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Returns the position that the cutting ball (a sphere of the tool) had when it overlapped the sphere `s` most deeply.
+/// Position of the cutting ball when it overlapped `s` most deeply.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
 
-/// Returns the state of a sphere after a ball of radius `r` at its centre has removed it completely.
+/// State of a sphere after a ball of radius `r` at its centre has removed it completely.
 CutSphere taken_by_ball(const CutSphere& s, double r) {
   CutSphere gone = s;
   gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
@@ -77,9 +74,8 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
   read_materials();
 }
 
-/// Sets tissue and hardness of each sphere to those of the voxel at its initial centre. The packer smooths dithered
-/// borders between tissues, so a voxel's label may differ from the sphere's tissue although nobody painted it. So the
-/// label is used only if the voxel was painted after packing.
+/// Sets tissue and hardness of each sphere from the voxel at its initial centre, but only if the voxel was painted
+/// after packing: the packer smooths dithered borders, so labels differ from the spheres' tissues there.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -104,7 +100,7 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  // The user has added brush strokes to the volume. Adds them to the list of strokes, so that undo includes them.
+  // Adds the user's brush strokes to the strokes, for undo.
   for (std::size_t known = strokes_in_field(); known < volume_.strokes().done; ++known) {
     done_.push_back({{}, true});
     undone_.clear();
@@ -125,8 +121,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of the sphere from another side begins. So the final state of the previous cut is stored first, as a
-  // note. The field is updated later from this note.
+  // A cut from another side begins: stores the final state of the previous cut as a note.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -164,9 +159,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. If the sphere was cut before, the range of these gaps is reduced in proportion to its radius, because
-    // tissue that stays may now lie within the full range.
+    // Also removes the gaps around a loose sphere, up to the spheres that stay. If it was cut before, the range of
+    // these gaps is reduced in proportion to its radius.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -204,7 +198,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// Exchanges the present states of the spheres of a stroke with the stored states. Undo and redo use this function.
+/// Exchanges the current states of a stroke's spheres with the stored states, for undo and redo.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);
@@ -219,8 +213,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Must be called after undo or redo of a stroke in the volume. The stroke may be a brush stroke, so tissue and
-/// hardness of all spheres are read from the volume again.
+/// Reads tissue and hardness of all spheres again after undo or redo, because the stroke may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();
@@ -295,7 +288,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Sorts the recorded changes of spheres (notes_) by the blocks of the field that they affect.
+  // Sorts the notes by the blocks that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

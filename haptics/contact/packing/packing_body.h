@@ -1,4 +1,4 @@
-// "packing" on the carver thread: spheres, undo, and the field computed from them.
+// The carver's part of "packing": spheres, undo, and the distance field that is computed from them.
 #pragma once
 
 #include <span>
@@ -11,12 +11,11 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. A cut changes spheres only; the field follows on request: where the cutting ball lay deepest, its
-/// part in the sphere and the gaps around becomes air. A note is kept whenever that place has moved by 0.03 voxel, so
-/// the field depends on the cuts, not on the requests, within 0.03 voxel.
+/// Carver thread only. A cut changes only spheres. rasterize() updates the field from notes, which are stored whenever
+/// the deepest overlap has moved by 0.03 voxel. So the field does not depend on the times of requests.
 class PackingBody final : public TissueBody {
  public:
-  /// Throws Error if `packing` is not of `tissue`.
+  /// Throws Error if `packing` does not belong to `tissue`.
   PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
               const Parameters& parameters);
 
@@ -41,20 +40,20 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;  // before the stroke; undone: after it
-    // m, of the cutting ball in the last Note
+    CutSphere state;  // state before the stroke; for an undone stroke: after it
+    // m, cutting ball's centre in the sphere's last note
     dvec3 last_noted;
   };
   struct Stroke {
     std::vector<Kept> kept;
-    // also changed volume_, for example a brush
+    // true: the stroke also changed volume_, as a brush does
     bool in_field = false;
   };
-  /// Removed part of a sphere; waits for the field's update.
+  /// Removed part of a sphere, still contained in the field.
   struct Note {
     int sphere;
     dvec3 p_W;  // m, centre of the cutting ball
-    double r;   // m, its radius
+    double r;   // m, radius of the cutting ball
   };
   void changed(int i, const CutSphere& before);
   void note(int i, const CutSphere& state);
@@ -69,26 +68,26 @@ class PackingBody final : public TissueBody {
   SpherePacking packing_;
   SphereTissue spheres_;
   Parameters parameters_;
-  std::vector<Tissue> label_;  // at each sphere's first centre
+  std::vector<Tissue> label_;  // for each sphere: tissue label at its initial centre
   std::vector<ToolSpheres> tools_;
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
-  std::vector<std::uint64_t> kept_in_;  // stroke that last stored its state
+  std::vector<std::uint64_t> kept_in_;  // for each sphere: the stroke that stored its state
   std::uint64_t stroke_ = 0;
-  std::vector<LooseSpheres::Changed> cut_now_;  // spheres that the present cut has changed
-  std::vector<std::uint64_t> changed_in_;       // cut that last changed it
+  std::vector<LooseSpheres::Changed> cut_now_;  // spheres that the current cut has changed
+  std::vector<std::uint64_t> changed_in_;       // for each sphere: the cut that last changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;  // spheres that changed since remember_writes(true) was called
-  // m, per sphere, of the cutting ball in its last Note
+  // m, cutting ball's centre in each sphere's last note
   std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // of volume_, applied to the spheres
-  bool repainted_ = false;    // since the last snapshot
+  std::uint64_t paints_ = 0;  // number of paintings in volume_ that the spheres contain
+  bool repainted_ = false;    // true: painting has changed spheres since the last snapshot
 };
 
 }  // namespace typodont::haptics::packing

@@ -68,10 +68,10 @@ class PackingMethod final : public ContactMethod {
 
  private:
   Parameters parameters_;
-  std::optional<SpherePacking> packing_;  // from a file; empty: computed
+  std::optional<SpherePacking> packing_;  // packing from a file; empty: it is computed
 };
 
-/// Of `typodont fit-material`: hardness of each sphere.
+/// Reads the hardness of each sphere from a `fit-material` file.
 void read_material(const Json& json, Parameters& p) {
   json.allow_only({"spheres", "seed", "tissue_hash", "mean_square_error_N2", "sphere", "hardness"});
   if (static_cast<std::size_t>(json["spheres"].integer(1)) != p.spheres) {

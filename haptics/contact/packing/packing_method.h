@@ -1,4 +1,4 @@
-// "packing": tissue and tool are spheres (S2 in docs/papers.md).
+// The contact method "packing": tissue and tool consist of spheres (S2 in docs/papers.md).
 #pragma once
 
 #include <optional>
@@ -11,17 +11,17 @@ namespace typodont::haptics::packing {
 
 inline constexpr std::string_view kName = "packing";
 
-/// For example {"spheres": 36000, "seed": 1, "file": "P.h5", "tool_spheres": 60, "speed_mm_per_s": 1, "density":
-/// {"enamel": 1.5, …}, "density_by_contact": false, "as_printed": false, "material": "MATERIAL.json", "tool_mesh":
-/// {"file": "HEAD.stl", "unit_mm": 1}}. Throws Error.
+/// Reads the parameters, for example {"spheres": 36000, "seed": 1, "file": "P.h5", "tool_spheres": 60,
+/// "speed_mm_per_s": 1, "density": {"enamel": 1.5, …}, "density_by_contact": false, "as_printed": false, "material":
+/// "MATERIAL.json", "tool_mesh": {"file": "HEAD.stl", "unit_mm": 1}}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
-/// Computed or read, with the parameters; nothing for another method.
+/// A packing that was computed or read, with the parameters of the method.
 struct Packed {
   SpherePacking packing;
   Parameters parameters;
 };
-/// Null for another method.
+/// Parameters; null if `method` is another method.
 const Parameters* parameters_of(const SharedContactMethod& method);
 std::optional<Packed> packed_by(const SharedContactMethod& method, const TissueVolume& tissue);
 

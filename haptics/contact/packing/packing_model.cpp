@@ -14,28 +14,29 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
-// m, within which a point has the nearest sphere's tissue
+// m; the nearest sphere up to here gives a point's tissue
 constexpr double kNearby = 0.2e-3;
-// cost computations per step of a cut
+// largest number of cost computations per step of a cut
 constexpr int kTrials = 8;
-// Search of a step's length ends between this fraction of the budget and all of it.
+// The search for the length of a step ends if the cost is at least this fraction of the budget.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
-// rad per cut; the chord is within 5e-5 of the reach
+// rad, largest rotation per cut; the error of the chord is then at most 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-// N of a typical dental scene: up to it, a tool led back changes its force as fast as in "offset", above in proportion
+// N, forces of a typical dental scene. Up to this limit, a tool that is led back changes its force as fast as in
+// "offset"; above it, in proportion.
 constexpr double kDentalForces = 20;
-// m/s of the farthest point; hands are slower, and jumps stay cheap
+// m/s, largest speed of the farthest point. Hands are slower, and jumps need little time.
 constexpr double kFastest = 5;
 
-// A large contact advances some ten nanometres per tick, at thousands of spheres per cut: cuts are postponed.
+// With a large contact, a tick advances about ten nanometres but changes thousands of spheres, so cuts are postponed.
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kMinStep = 1e-6;         // m, step for which a postponed cut saves energy
-constexpr double kLongestDelay = 4.5e-3;  // s, longest delay
-constexpr double kAtRest = 0.1e-6;        // m; same estimate below
+constexpr double kMinStep = 1e-6;         // m; shorter steps are postponed
+constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
+constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the estimate is reused
 
-/// Without spring, damper and friction: the servo's, and set_friction() per tick.
+/// Without spring, damper and friction: the servo adds them. set_friction() sets the friction of each tick.
 ProxyOptions frictionless(double tick) {
   return {.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
 }
@@ -82,7 +83,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-/// At the first snapshot also decides for or against the GPU.
+/// Copies the spheres to the GPU. At the first snapshot, also decides whether the GPU is used.
 void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
@@ -100,7 +101,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // Repeats the servo's cuts since; after an undo or a loose piece they may remove another volume.
+  // Repeats the servo's later cuts. After undo or a loose piece, they may remove another volume.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -116,7 +117,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Valid without undo or redo: the same spheres, but for removed pieces.
+  // Without undo or redo, the near lists remain valid: the spheres are the same, except for removed pieces.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -126,7 +127,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo uses only more than a voxel, so less need not be exact.
+  // The servo uses only clearances above a voxel, so smaller ones need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
 }
@@ -156,7 +157,7 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the path. Blocked: held by contacts that the hand's place would not have.
+/// Records the path. The proxy is blocked if contacts hold it although the tool would be free at the hand.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -179,14 +180,14 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Back along the path to the point nearest to the hand, slowly, without cutting. The path is free: nothing was added
-/// since. True: on the way.
+/// Leads the proxy back along its path to the point nearest to the hand, slowly and without cutting. Nothing was added
+/// since, so the path is free. Returns true while it is led.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
   const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
-  // m per tick
+  // m, motion per tick
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
@@ -219,7 +220,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (!placed_ && !is_free(proxy().tool(), in.X_WG)) out.faults |= bits(Fault::kDeepPenetration);
-  // Without contact the servo moved it.
+  // Without contact, the servo may have moved the tool.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -247,7 +248,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Pass 2. Valid while a cut is postponed and the head rests.
+/// Pass 2. The last estimate is reused while a cut is postponed and the head rests.
 void PackingModel::estimate_tissue() noexcept {
   const Pose& X = proxy().pose();
   if (postponed_for_ > 0 && surface_.volume > 0) {
@@ -263,7 +264,7 @@ void PackingModel::estimate_tissue() noexcept {
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
-/// By contacts, if the head overlaps nothing: shank, or a point.
+/// If the head overlaps nothing (contact of the shank, or a point), uses the tissue of the contacts.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -279,7 +280,7 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// S2, eq. 13, by the last tick's tissue. A rotating bur has none here: the servo has its edges' force.
+/// Friction (S2, eq. 13) of the last tick's tissue. Zero for a rotating bur: the servo computes the force of its edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -291,7 +292,7 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// Tissue spheres within reach from the proxy to `to`, per sphere of the head.
+/// For each sphere of the head, lists the tissue spheres that it can touch from the proxy to `to`.
 void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
@@ -302,7 +303,7 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// J. `near_to`: as in find_near().
+/// Energy for the motion, J. `near_to`: argument of the last find_near().
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -317,13 +318,13 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Fraction of the motion, up to `most`, that the budget allows, with up to 15 % left for the next tick. First by the
-/// last step's J/m, up until it is too much, then secant and bisection in turn.
+/// Returns the fraction of the motion, at most `most`, that the budget allows; up to 15 % may remain. Increases the
+/// last step's fraction until the cost is too high, then alternates secant and bisection.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // for which find_near() last listed
+  double listed = -1;  // fraction for which find_near() made the lists
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -345,7 +346,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // Cost rises faster with each new sphere, where the secant is slow: every second step bisects.
+    // Every second step bisects, because the cost increases with each new sphere, so that the secant converges slowly.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -353,7 +354,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Saved, because it would be less than kMinStep; the volume is removed later. `step`: m that present energy allows.
+/// Returns true if the cut is postponed, because its step would be shorter than kMinStep; its energy is saved. `step`:
+/// m, step that the current energy allows.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const bool waits =
       step < kMinStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
@@ -396,7 +398,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path the cost (TriedCut) listed all that the cut reaches.
+    // On a straight path, the cost computation (TriedCut) has already listed all changes of the cut.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && tried_.complete() && near_end_[tool.head - 1] < near_.size()) {
       snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
@@ -411,7 +413,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().end_notes();
     }
   }
-  // Nothing in the way but rounding; follow() moves on in the next tick.
+  // Only rounding errors blocked the motion; follow() moves the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

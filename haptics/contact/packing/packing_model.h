@@ -1,4 +1,4 @@
-// "packing" on the servo thread: passes of S2 (docs/papers.md) per tick. Terms: README.md.
+// The servo's part of "packing": three passes of paper S2 (docs/papers.md) in each tick. README.md defines the terms.
 #pragma once
 
 #include <array>
@@ -16,15 +16,13 @@
 
 namespace typodont::haptics::packing {
 
-/// constrain(): passes 1, 2; cut(): pass 3. With millions of spheres, CPU and GPU are compared at the first snapshot;
-/// the GPU is used if faster with equal bits. S2, eq. 4: v_d = v_b / ρ. Here v_b comes from motor energy: a volume dV
-/// costs u dV, so contact area A at v_d needs A u v_d, and with power P (Shaw, "Metal Cutting Principles"; Preston's
-/// law in the servo's `earn`) v_b = P / (A u_dentin). A is not estimated: cut() finds the step that costs the budget.
+/// constrain() makes passes 1 and 2, cut() pass 3. Cutting speed v_d = v_b / ρ (S2, eq. 4), with v_b = P / (A u_dentin)
+/// for motor power P and contact area A. Instead of estimating A, cut() finds the step that costs the budget.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument: spheres only shrink.
+  /// Throws Error for a filling instrument: spheres only become smaller.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Even if slower. For tests.
+  /// Uses `passes` even if slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -60,36 +58,36 @@ class PackingModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   PerTissue density_{};  // density of each tissue relative to dentin
-  PerTissue energy_{};   // J/m³ per tissue, from density_
+  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool
   std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
-  bool gpu_must_win_ = false;           // only if faster
+  bool gpu_must_win_ = false;           // true: use the GPU only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, last given to the servo
-  /// As in "offset", for a tool held far from the hand.
+  dvec3 held_{0};  // m, position that was last returned to the servo
+  /// Leads a proxy back that is far from the hand.
   struct Retreat {
-    offset::RetreatPath path;  // in kPathUnit
-    dvec3 held_at{0};          // m, where the proxy is blocked
-    double held_for = 0;       // s near held_at with the hand far away
-    bool leading = false;      // on the way back along `path`
-    std::size_t to = 0;        // path point of the way back
-    bool wedged = false;       // hand far away and no way back
+    offset::RetreatPath path;  // recorded path, in units of kPathUnit
+    dvec3 held_at{0};          // m, position at which the proxy is blocked
+    double held_for = 0;       // s, time near held_at while the hand is far away
+    bool leading = false;      // true: the proxy is led back along `path`
+    std::size_t to = 0;        // index of the path point at which leading back ends
+    bool wedged = false;       // true: the hand is far away, and there is no way back
   } retreat_;
   SurfaceEstimate surface_;
-  Pose X_estimated_;          // of surface_
-  double postponed_for_ = 0;  // s postponed; 0: not
+  Pose X_estimated_;          // pose of the proxy for which surface_ was computed
+  double postponed_for_ = 0;  // s that the cut has been postponed; 0: not postponed
   CutBuffers buffers_;
   TriedCut tried_;
-  // find_near(): lists per head sphere, in sequence
+  // Result of find_near(): the lists of all head spheres.
   std::vector<Place> near_;
-  // of the motion, whose cut tried_ holds; negative: none
+  // fraction of the motion for which tried_ contains the cut; negative: none
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // end of each list in near_
-  // J for the whole motion, by the last step; 0: unknown
+  // J for the whole motion, extrapolated from the last step; 0: unknown
   double price_ = 0;
-  double last_path_length_ = 0;  // m, of the last cut's whole motion
+  double last_path_length_ = 0;  // m, length of the whole motion at the last cut
   RecentCuts<MadeCut> made_;
 };
 

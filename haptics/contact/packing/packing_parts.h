@@ -1,4 +1,4 @@
-// Of both threads: parameters, snapshot, and the cut.
+// Parameters, snapshot and cut of "packing", used by both threads.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ namespace typodont::haptics::packing {
 
 struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
-  std::uint64_t seed = 1;       // of tissue and a tool's mesh
-  std::filesystem::path file;   // empty: computed
-  // First tool's head from a closed mesh; empty: its shape.
+  std::uint64_t seed = 1;       // for the packing of tissue and of a tool's mesh
+  std::filesystem::path file;   // file with the packing; empty: it is computed
+  // first tool's head from a closed mesh; empty: from its shape
   std::optional<ToolSpheres> tool_mesh;
-  std::size_t tool_spheres = 60;  // of a head that is no ball
-  /// m/s, v_b of S2, eq. 4, at density 1, constant as there; 0: by the motor's power (PackingModel).
+  std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
+  /// m/s, constant v_b of S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, limits eq. 4 at very low density
-  // With base_speed: ρ of eq. 3, which grows with the contact (reaming), or the normalised ρ̂.
+  double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
+  // With base_speed: true: uses ρ of eq. 3, which grows with the contact (for reaming); false: the normalised ρ̂.
   bool by_contact = false;
-  double epsilon = 0.05e-3;  // m, of the tool's spheres for the estimate
-  // relative to dentin; negative: by specific energies
+  double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
+  // density of each tissue relative to dentin; negative: computed from its specific energy
   PerTissue density = given();
-  std::filesystem::path material;              // of a material fit (S2, eq. 14)
-  std::optional<std::uint64_t> material_hash;  // of its tissue
-  std::vector<float> fitted;                   // per sphere; empty: none
+  std::filesystem::path material;              // file of a material fit (S2, eq. 14)
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue that was fitted
+  std::vector<float> fitted;                   // fitted hardness of each sphere; empty: none
   Removal removal = Removal::kMended;
 
   static constexpr PerTissue given() {
@@ -41,13 +41,13 @@ struct Parameters {
   }
 };
 
-/// Of one tool.
+/// Spheres of one tool.
 inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
   return tool_spheres(tools[index], parameters.tool_spheres);
 }
 
-/// Relative to dentin: the scene's, or by specific energies.
+/// Densities relative to dentin: those of the scene, or ratios of specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {
   PerTissue density = parameters.density;
   const double dentin = materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
@@ -57,7 +57,7 @@ inline PerTissue densities(const Parameters& parameters, const MaterialTable& ma
   return density;
 }
 
-/// All spheres now.
+/// Contains all spheres in their current state.
 struct PackingSnapshot final : Snapshot {
   SphereTissue spheres;
 };
@@ -69,8 +69,8 @@ struct CutBuffers {
   std::vector<CutSphere> before;
 };
 
-/// Head from A to B; servo and carver alike, so bits agree. keep(index, sphere before) per change. near(t, places)
-/// lists, in the tree's order, what head sphere t can touch, and returns how many.
+/// Cuts with the head from A to B, with equal bits on servo and carver. keep(index, sphere before) is called for each
+/// change. near(t, places) lists what head sphere t can touch, in the tree's order.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {
@@ -83,7 +83,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// The same with a search in the tree.
+/// As carve() above, but searches the near spheres in the tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

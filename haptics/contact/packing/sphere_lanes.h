@@ -1,4 +1,4 @@
-// sphere_pair.h for eight pairs, with the same bits. Only for the packing's .cpp files.
+// The functions of sphere_pair.h for eight pairs at once, with the same bits. Only for the .cpp files of the packing.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -11,7 +11,7 @@ TYPODONT_INLINE void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
-/// The bits of lens_volume().
+/// lens_volume() for eight pairs, with the same bits.
 TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;
@@ -20,7 +20,7 @@ TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& v
   volume = d < sum ? (d <= (off < D8{} ? -off : off) ? whole : lens) : D8{};
 }
 
-/// From nearest_on(a, b, (x, y, z)) to (x, y, z).
+/// Vectors to the points (x, y, z) from their nearest points on the segment a–b.
 TYPODONT_INLINE void offsets_from_segment(const D8& x, const D8& y, const D8& z, const dvec3& a, const dvec3& b,
                                           D8& off_x, D8& off_y, D8& off_z) {
   off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;

@@ -19,27 +19,28 @@ namespace {
 
 using packing::DepthField;
 
-// In voxels, unless metres are stated.
+// Lengths are in voxels, unless m is stated.
 
 constexpr int kEdge = 4;  // nodes along a block's edge
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// Free radius: largest sphere around a node that fits; stored up to this multiple of the limit.
+// The free radius of a node is that of the largest sphere that fits around it. It is stored up to this multiple of the
+// limit.
 constexpr float kFullDepths = 2;
-constexpr double kFirstSpacing = 1 / 3.0;  // first grid's spacing / largest allowed radius
-// In spacings; when no more fits, a finer grid follows.
+constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / largest allowed radius
+// Smallest free radius in spacings; when no larger sphere fits, a finer grid follows.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // to the next finer grid
-// In spacings, smallest that is placed; smaller ones may come back in a finer grid.
+constexpr double kFiner = 1.5;  // spacing of a grid / of the next finer one
+// Smallest radius in spacings; smaller spheres may be placed in a finer grid.
 constexpr double kLeastRadius = 0.3;
-// Found radius / stored free radius, below which a sphere is postponed.
+// A sphere is postponed if its radius / the stored free radius is below this.
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;  // spacings, centre to node
-constexpr double kLastStep = 0.02;      // spacings, last step of the search
-// voxels, finest spacing; then the packing is complete
+constexpr double kLargestTravel = 1.0;  // in spacings, largest distance of the centre from its node
+constexpr double kLastStep = 0.02;      // spacings, last step of the search for the centre
+// voxels, smallest spacing; then the packing is complete
 constexpr double kSmallestSpacing = 0.004;
-constexpr double kMaxPerVoxel = 64;  // spheres; the field does not resolve more
+constexpr double kMaxPerVoxel = 64;  // largest number of spheres per voxel; the field does not resolve more
 
-/// Even over the sphere (Fibonacci lattice).
+/// Directions that are distributed evenly over the sphere (Fibonacci lattice).
 template <std::size_t kCount>
 std::array<dvec3, kCount> even_directions() {
   std::array<dvec3, kCount> d;
@@ -55,7 +56,8 @@ struct Placed {
   double r;
 };
 
-/// After a sphere. `to`: from its centre to the first node. True: some became smaller.
+/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from its centre to the first node.
+/// Returns true if some became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -69,13 +71,14 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Largest first: nodes at the radius limit, with least space around, so that spheres lie close; then by free radius.
+/// Priority of a node. First come nodes at the radius limit with the least space around, so that spheres lie close
+/// together; then nodes by free radius.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// key_of(); 0: none positive.
+/// Largest key_of() of a block; 0: none is positive.
 TYPODONT_DISPATCH("avx2", "default")
 float largest_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -99,7 +102,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// False: no space, even on the finest grid.
+  /// Places the next sphere. Returns false if there is no space, even on the finest grid.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -118,21 +121,21 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // Smaller than stored now: another node may have more.
+      // The sphere is smaller than its stored free radius: another node may have more space.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // Mostly the sphere takes its node's space; if the search moved too far, the node is marked.
+      // Usually the sphere occupies its node. If the search moved it too far away, the node is marked as used.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
     }
   }
 
-  /// That still fits.
+  /// Radius of the largest sphere that still fits.
   double largest_hole() {
     double most = 0;
     for (int tries = 0; tries < 4096; ++tries) {
@@ -153,7 +156,7 @@ class Packer {
   /// 4³ nodes with free radii; 0 or less: nothing fits.
   struct Block {
     alignas(32) float free[kNodes];
-    glm::ivec3 at;  // in the grid of blocks
+    glm::ivec3 at;  // position in the grid of blocks
     float key;
   };
   struct Entry {
@@ -203,7 +206,7 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// use(i) for overlaps with the ball at p of `reach`; some repeatedly.
+  /// Calls use(i) for spheres that overlap the ball at p with radius `reach`, for some of them repeatedly.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
@@ -255,7 +258,7 @@ class Packer {
     return false;
   }
 
-  /// With all spheres so far.
+  /// Makes a grid with all spheres placed so far.
   void make_grid(double spacing) {
     const double largest_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;
@@ -269,7 +272,7 @@ class Packer {
     block_at_.assign(cell_count, -1);
     for (std::size_t i = 0; i < placed_.size(); ++i) link(static_cast<int>(i));
 
-    // That may hold tissue; free radii start at the largest.
+    // Adds blocks that may contain tissue. Their free radii start at the maximum.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
     for (int x = 0; x < cells_.x; ++x) {
@@ -285,12 +288,12 @@ class Packer {
         }
       }
     }
-    // The next are hardly larger than the last, so each limits only nearby blocks.
+    // New spheres are hardly larger than the last ones, so each placed sphere limits only nearby blocks.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // To the depth; blocks without room go.
+    // Limits free radii to the depth in the tissue, and removes blocks without space.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -319,7 +322,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // Radii are limited, so only nodes within s.r + most change.
+    // Free radii are limited, so only nodes within s.r + most change.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -328,7 +331,7 @@ class Packer {
     });
   }
 
-  /// Near `node`: even directions, halving the step.
+  /// Searches the best centre near `node`: tests even directions, and halves the step.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -341,7 +344,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Farther than the largest radius: no limit.
+    // Removes spheres too far away to limit the radius.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -357,7 +360,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Up to the limit; any value up to `enough` if it is below.
+  /// Free radius at p, at most the limit. If it is below `enough`, any value up to `enough`.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -367,7 +370,7 @@ class Packer {
     return std::min(free, field_.in(tissue, p));
   }
 
-  /// Until inside its tissue: corrects the interpolated depth.
+  /// Makes the sphere smaller until it is inside its tissue, because interpolated depths are inexact.
   void shrink_into(Placed& s, Tissue& label) const {
     static const std::array<dvec3, 48> kAround = even_directions<48>();
     label = field_.tissue_at(s.p);
@@ -386,7 +389,7 @@ class Packer {
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  // block, and first link to a sphere, per cell
+  // for each cell: its block, and its first link to a sphere
   std::vector<int> block_at_, first_link_;
   struct Link {
     int sphere, next;
@@ -396,7 +399,7 @@ class Packer {
   std::priority_queue<Entry> queue_;
   std::vector<Placed> placed_;
   std::vector<Placed> near_;      // spheres near the position that is being examined
-  std::vector<unsigned> stamps_;  // already in near_
+  std::vector<unsigned> stamps_;  // for each sphere: search that last added it to near_
   unsigned stamp_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Contact time, depth and overlap. Pure; any unit of length.
+// Contact time, distance and overlap of two spheres. Pure functions; any unit of length.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace typodont::haptics::packing {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// S2, eq. 1: first touch of a sphere moving by `m` in 0..1; kNever otherwise. `D`: to the other centre; `R`: sum of
-/// radii. Touching at the start: 0 if approaching (m·D > 0), else kNever, so spheres can separate. The paper's root
-/// loses digits; here (m·D)² - m²(D² - R²) = m²R² - |m × D|².
+/// First contact of a sphere that moves by `m`, as a fraction 0..1, or kNever (S2, eq. 1). `D`: vector to the other
+/// centre; `R`: sum of radii. Touching at the start: 0 on approach, else kNever. The discriminant m²R² - |m × D|² is
+/// more accurate than the printed one.
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
@@ -26,8 +26,8 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   return touches ? root : kNever;
 }
 
-/// S2, eq. 2, at distance `d`: 0 apart, the smaller sphere inside. As printed it lacks the denominator and the squared
-/// difference of radii.
+/// Overlap of two spheres at distance `d` (S2, eq. 2): 0 if apart, the smaller sphere if it is inside. The printed
+/// equation lacks the denominator and the squared difference of radii.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);
@@ -36,7 +36,7 @@ inline double lens_volume(double r1, double r2, double d) noexcept {
   return kPi * in * in * (d * d + 2 * d * (r1 + r2) - 3 * off * off) / (12 * d);
 }
 
-/// Nearest to p on a–b.
+/// Point of the segment a–b nearest to p.
 inline dvec3 nearest_on(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double length2 = glm::dot(ab, ab);

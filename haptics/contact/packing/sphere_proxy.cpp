@@ -13,50 +13,51 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-// tested motions per tick; the rest follows
+// largest number of tested motions per tick
 constexpr int kSweeps = 24;
-// Motions without progress in a row, as in a cavity with many contacts; then the proxy waits for the next tick.
+// Largest number of consecutive motions without progress, as in a cavity with many contacts. Then the next tick
+// continues.
 constexpr int kStuck = 8;
-// contacts of non-cutting parts, per cut
+// largest number of contacts of non-cutting parts per cut
 constexpr int kSlides = 6;
-constexpr int kRounds = 60;         // iterations per projection
-constexpr double kSettled = 1e-12;  // m, of a projection
-// m from the goal
+constexpr int kRounds = 60;         // largest number of iterations per projection
+constexpr double kSettled = 1e-12;  // m, smaller changes end the iteration of a projection
+// m; nearer to the goal, the proxy has arrived
 constexpr double kArrived = 1e-10;
-// rad per step; the chord is within 5e-5 of the reach
+// rad, largest rotation per step; the error of the chord is then at most 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-// m, mean margin: the tool sphere's motion for which a near list holds
+// m, mean margin of near lists: motion of a tool sphere for which its list is valid
 constexpr double kMargin = 60e-6;
-// m, mean margin of lists made when needed
+// m, largest mean margin of lists made when needed
 constexpr double kLargestMargin = 300e-6;
-// margin / motion per tick
+// margin of a list / motion per tick
 constexpr double kAhead = 3;
-// m, for the nearest sphere, if a list would be empty
+// m, search distance for the nearest sphere if a list would be empty
 constexpr double kLook = 2e-3;
-// m, rounding of a distance, added to all limits
+// m, rounding error of a distance, added to all limits
 constexpr double kRounding = 1e-12;
-// Slightly longer, so that contacts at the end are found.
+// Factor for the path, to find contacts at its end.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // of a near list
-constexpr std::size_t kAllListed = 16384;  // of all, spheres
-// m; below, a long list's spheres count as near without a test (listed_near)
+constexpr std::size_t kListed = 64;        // largest number of spheres in a near list
+constexpr std::size_t kAllListed = 16384;  // largest number of spheres in all near lists
+// m; up to this gap, the spheres of a long list count as near without a test (listed_near)
 constexpr double kFewOthers = 100e-6;
-// spheres, or room for them, from which a list is long
+// number of spheres from which a list is long
 constexpr std::size_t kLongList = 1024;
-constexpr std::size_t kLanes = 8;  // compared per vector instruction
-// m, rounding of a gap in single precision; below -10 mm every comparison finds the sphere
+constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
+// m, rounding error of a gap in single precision. Below -10 mm, every comparison finds the sphere.
 constexpr float kFloatRounding = 1e-9f;
-// m, smallest margin; otherwise no list
+// m, smallest margin; with less, no list is made
 constexpr double kLeastMargin = 1e-6;
-constexpr double kReduced = 0.8;  // on the margin, if a list is too long
-// m, mean margin of lists made in advance (prepare_lists)
+constexpr double kReduced = 0.8;  // factor for the margin of too long lists
+// m, largest mean margin of lists made in advance
 constexpr double kLargestPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;         // margin / motion per tick, in advance
-constexpr std::size_t kLeavesATick = 320;  // leaves searched per tick
-// searches until a too long list is tried again
+constexpr double kTicksAhead = 10;         // margin / motion per tick, for lists made in advance
+constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves searched per tick in advance
+// searches until a list that was too long is remade
 constexpr int kNotAgain = 64;
 
-/// m, mean of long lists. `way`: m per tick.
+/// Mean margin of long lists, m. `way`: motion (m/tick).
 double prepared_margin(double way) {
   return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
 }
@@ -93,7 +94,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
-  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cos of half the remaining angle
+  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the remaining angle
   return {goal, glm::distance(X_W_.p, goal.p) + kRounding, 2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
 }
 
@@ -137,13 +138,14 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// m, for tool sphere `i`. `margin`: mean. Slightly different, or all would expire in one tick.
+/// Margin of the list of tool sphere `i`, m. `margin`: mean. Margins differ slightly, so that lists do not all expire
+/// in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
 }
 
-/// For tool sphere `i` at `center`.
+/// Begins a new list for tool sphere `i` at `center`.
 void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3& center, double margin) noexcept {
   next_.tool_sphere = i, next_.active = true;
   next_.center = center, next_.margin = margin;
@@ -151,7 +153,7 @@ void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3&
   next_.search = tree.start_search();
 }
 
-/// True: complete. Reduces the margin if the list overflows.
+/// Returns true if the list is complete. Reduces the margin if the list is too long.
 bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
@@ -176,7 +178,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   return next_.search.done();
 }
 
-/// By the new one, complete.
+/// Replaces the old list by the new, complete one.
 void SphereProxy::use_list() noexcept {
   const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
@@ -202,7 +204,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Around a tool sphere.
+/// Makes the near list of tool sphere `i` at `center` now. `way`: motion for which it must be valid, m.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -218,7 +220,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// In advance, part by part; replaced after half the margin. Faster tools get wider margins and larger parts.
+/// Makes lists in advance, part by part. A list is replaced after half its margin. Faster tools get larger margins and
+/// parts.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (room_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -252,7 +255,8 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
   }
 }
 
-/// First of list `i` touched before `until`. `certain`: nothing outside the list can come first.
+/// First sphere of list `i` that is touched before `until`. `certain`: no sphere outside the list can be touched
+/// earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -281,8 +285,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// Of spheres `begin` to `end` - 1 before `until`; simultaneous: lowest index. Lists first: mostly they have the
-/// contact, and no tree search is needed before it.
+/// First contact of the tool spheres `begin` to `end` - 1 before `until`; of simultaneous ones, the lowest index. Tests
+/// the lists first: they usually contain the contact, which shortens the search in the tree.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -303,7 +307,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
   return first;
 }
 
-/// On the way to `goal`.
+/// First contact on the path to `goal`.
 FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
   FirstContact first;
   const Motion motion = motion_to(goal);
@@ -333,8 +337,8 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Of list `i`, nearer than `reach` to a–b, in the tree's order. Those with a gap above `gap` when listed are skipped;
-/// in a long list the rest is not tested: nearly all are near a large head.
+/// Lists the spheres of list `i` nearer than `reach` to a–b, in the tree's order. Skips those whose stored gap is above
+/// `gap`. In a long list the others are not tested, because nearly all are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -380,12 +384,12 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// 0..1 to `goal`, up to kGap before the first contact.
+/// Fraction 0..1 of the motion to `goal` that ends kGap before the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m of approach per unit of the motion's parameter, 0..1
+  // m by which the spheres approach over the whole motion
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -406,8 +410,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // As a constraint, and again. A contact of the head may have stopped follow() before. If it is one already,
-    // rotation curves the path: its gap is reduced.
+    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() before.) If it
+    // is a constraint already, rotation has curved the path, so its gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -419,15 +423,15 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// Nearest to `move`, `turn` under the constraints from `first_sphere`: minimises |δ - move|² + lever_² |φ - turn|²,
-/// lever_ making rotations lengths.
+/// Projects `move` and `turn` onto the constraints of the spheres from `first_sphere`: minimises |δ - move|² + lever_²
+/// |φ - turn|², where lever_ converts rotations to lengths.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad per m of push
-    double yields;  // m of gap per m of push
+    dvec3 turned;   // rad of rotation per m of push
+    double yields;  // m by which the gap changes per m of push
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -438,14 +442,14 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       continue;
     }
     const dvec3 turned = c.turn / (lever_ * lever_);
-    // First guess.
+    // The last multipliers are the first guess.
     if (c.multiplier > 0) {
       allowed_move += c.multiplier * c.n;
       allowed_turn += c.multiplier * turned;
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A ball at T's origin is not turned: no rotation sums, shorter waits.
+  // A single ball at the origin of frame T does not depend on rotation, which shortens the loop.
   const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
@@ -454,7 +458,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       double gap = c.gap + glm::dot(c.n, allowed_move);
       if (turns) gap += glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      // With a gap and no push it changes nothing; the next need not wait.
+      // Without push and with a gap, the constraint changes nothing; skipping it saves time.
       if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - (turns ? gap / steps[k].yields : gap));
       const double by = c.multiplier - before;
@@ -466,7 +470,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// In contacts_; count_: none.
+/// Index of a contact in contacts_; count_: none.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -475,7 +479,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // full: replaces the least push
+  if (at == kMostContacts) {  // if full, replaces the contact with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -498,7 +502,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // That still touch.
+  // Keeps the contacts that still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -521,7 +525,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb (S2, eq. 10–13): pushes limit sliding.
+    // Coulomb friction (S2, eq. 10–13): the pushes limit sliding.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -536,7 +540,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // A tested part of the motion, limited by rotation and by the path left in this tick.
+    // Moves along a part of the motion, limited by the rotation and by the remaining path of this tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= fraction, turned *= fraction;
@@ -564,7 +568,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // At the new position; at rest since the last projection, its pushes hold.
+  // Computes the pushes at the new position. If the proxy has not moved since the last projection, its pushes are
+  // valid.
   if (!arrived) {
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);

@@ -1,4 +1,4 @@
-// The proxy follows the hand as far as the spheres allow (S2, pass 1, sec. III B, C).
+// The proxy follows the hand as far as the spheres of the tissue allow (S2, pass 1, sections III B and C).
 #pragma once
 
 #include <algorithm>
@@ -20,37 +20,37 @@ struct ProxyOptions {
   double damping = 0;              // N·s/m, ζ of S2, eq. 7
   double static_friction = 0.2;    // μ_s of S2, eq. 13
   double dynamic_friction = 0.15;  // μ_d of S2, eq. 13, at most μ_s
-  // m of the farthest point per follow(); the rest follows
+  // m, largest path of the tool's farthest point per follow()
   double longest_path = std::numeric_limits<double>::infinity();
 };
 
 struct ProxyContact {
   dvec3 p_W{0};     // m, point of contact
-  dvec3 n_W{0};     // from the tissue's to the tool's sphere
+  dvec3 n_W{0};     // unit vector from the tissue's to the tool's sphere
   int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
-  double push = 0;  // m, by which this contact holds the proxy along n_W
+  double push = 0;  // m by which this contact holds the proxy along n_W
 };
 
-/// Servo thread; follow() is noexcept, never allocates. m, N, W. Tested paths only, so it never passes through a
-/// sphere. A contact's plane becomes a constraint, and the proxy goes on to the nearest allowed position: a projection
-/// in translation and rotation, by Gauss–Seidel on the multipliers.
+/// Servo thread only; never allocates. SI units. The proxy moves only along tested paths, so it never passes through a
+/// sphere. Each contact is a plane; a projection in translation and rotation (Gauss–Seidel) gives the nearest allowed
+/// pose.
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Untested. Overlapping spheres can be left, not entered.
+  /// Sets the pose without a test. Spheres that overlap there can be left, but not entered deeper.
   void place(const Pose& X_W) noexcept;
-  /// Untested, after a cut along the motion.
+  /// Sets the pose without a test, after a cut.
   void move_to(const Pose& X_W) noexcept;
-  /// S2, eq. 13, by the tissue in contact.
+  /// Sets the friction coefficients of the tissue (S2, eq. 13).
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// If spheres may have grown or come back.
+  /// Discards the near lists. Call it if spheres may have grown or returned.
   void forget_near() noexcept;
-  /// Per changed sphere. Lists stay valid for one that shrank; a cut over several ticks also moves it, up to
-  /// `protrudes` m beyond its surface.
+  /// Call it for each changed sphere. The near lists remain valid for a smaller sphere; a cut may also move it, so that
+  /// it protrudes up to `protrudes` m beyond its old surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -60,21 +60,20 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Per cutting sphere, after its note_cut() calls and before the next search.
+  /// Call it for each cutting sphere, after its note_cut() calls and before the next search.
   void end_notes() noexcept;
 
-  /// Motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest without penetration,
-  /// sliding allowed; keeps contacts. Returns the fraction before a new contact, searched on the first `longest_path`
-  /// m; 1: none.
+  /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
+  /// penetration. Returns the fraction before a new contact, searched on the first `longest_path` m; 1: none.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// Per tick, as near to the hand as possible. `gpu`, if ready, finds the first contact.
+  /// Moves the proxy as near to the hand as possible; once per tick. `gpu`, if ready, finds the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Of one tool sphere, to `to`; as SphereTree::near_segment().
+  /// Lists the spheres that one tool sphere can touch on its path to `to`, as SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<Place> found) const noexcept;
 
-  /// Enlarged by `epsilon` (m), at the proxy; as SphereTree::near_segment().
+  /// Lists the spheres near one tool sphere at the proxy, enlarged by `epsilon` (m), as SphereTree::near_segment().
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<Place> found) noexcept;
 
@@ -83,71 +82,71 @@ class SphereProxy {
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }
   bool sticks() const { return sticks_; }
-  /// Sum of normals by pushes, as unit; zero without contact.
+  /// Unit vector: sum of the contact normals, weighted by their pushes; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// S2, eq. 7: N on the hand. `v_WH`: m/s.
+  /// Force on the hand in N (S2, eq. 7). `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// S2, eq. 8: N·m of `force` at the contact point, about the centre of mass.
+  /// Torque in N·m of `force` at the contact point about the centre of mass (S2, eq. 8).
   dvec3 torque(const dvec3& force) const noexcept;
-  /// m, contacts by pushes.
+  /// Mean of the contact points, weighted by their pushes, m.
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
-  /// rad, rotation vector.
+  /// Rotation vector between two orientations, rad.
   static dvec3 rotation_angle(const dquat& from, const dquat& to) noexcept;
   static dquat turned_by(const dvec3& turn) noexcept;
 
   static constexpr std::size_t kMostContacts = 12;
-  static constexpr double kGap = 1e-7;  // m kept from a sphere
+  static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m of protrusion that reduces all lists' margins; more reduces only those around.
+  // m; a smaller protrusion reduces the margins of all lists, a larger one only those near the sphere
   static constexpr double kStickOut = 1e-6;
 
-  /// From the proxy's pose.
+  /// A motion from the current pose of the proxy.
   struct Motion {
     Pose to;
-    // m of T's origin; rotation as a chord of the unit circle
+    // m: motion of the origin of frame T. Chord of the unit circle for the rotation.
     double shift = 0, turn = 0;
-    /// m, for a sphere `arm` (m) from T's origin.
+    /// Upper bound of the motion of a sphere that is `arm` (m) from the origin of frame T, m.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// Verlet 1967: tissue spheres near one of the tool, in the tree's order, valid for its margin of motion. One search
-  /// in many ticks.
+  /// Tissue spheres near one tool sphere, in the tree's order (Verlet 1967). Valid while the tool sphere moves by less
+  /// than the margin, usually for many ticks.
   struct NearList {
-    // m; all unlisted ones were at least this far
+    // m; unlisted spheres were at least this far away then
     double margin = 0;
-    // m of the tool sphere since, plus all `protrudes`
+    // m, motion of the tool sphere since listing, plus all protrusions
     double moved = 0;
-    // m, largest protrusion in the present cut
+    // m, largest protrusion in the current cut
     double protrudes = 0;
-    // m to the nearest when listed; negative: overlap
+    // m to the nearest sphere when listed; negative: overlap
     double free = 0;
-    // m, largest `epsilon` of near_here() within the margin; negative: no room, so it searches the tree
+    // m, largest `epsilon` of near_here() within the margin; negative: the list is too short, so the tree is searched
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    // searches until a too long list is made again
+    // searches until a list that was too long is remade
     int refused = 0;
   };
-  /// Not complete yet.
+  /// A list that is still being made.
   struct NextList {
     std::size_t tool_sphere = 0;
     bool active = false;
-    dvec3 center{0};                // m, of the tool sphere
-    double margin = 0;              // m
-    double moved = 0;               // m since the start (NearList::moved)
+    dvec3 center{0};                // m, centre of the tool sphere
+    double margin = 0;              // m, margin of the list
+    double moved = 0;               // m, motion since the list was begun (NearList::moved)
     SphereTree::PartSearch search;  // search for the spheres of the list
-    std::size_t leaves = 0;         // leaves so far
-    std::size_t expected = 0;       // leaves of the last complete search; 0: none
+    std::size_t leaves = 0;         // number of leaves searched so far
+    std::size_t expected = 0;       // number of leaves of the last complete search; 0: none
     std::size_t count = 0;
     std::vector<Place> places;
-    std::vector<float> gaps;  // m
+    std::vector<float> gaps;  // m, gap of each sphere in the list
   };
   struct Constraint {
-    // gap per m of translation, and per rad, m
+    // change of the gap per m of translation, and per rad of rotation (m)
     dvec3 n{0}, turn{0};
-    double gap = 0;  // m, present gap of the contact
+    double gap = 0;  // m, current gap of the contact
     double multiplier = 0;
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
@@ -158,14 +157,15 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  /// `way`: m of validity.
+  /// `way`: m, motion for which the list must be valid.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
   void start_list(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double margin) noexcept;
   bool continue_list(const SphereTree& tree, std::size_t leaves) noexcept;
   void use_list() noexcept;
   void prepare_lists(const SphereTree& tree) noexcept;
   double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
-  /// visit(place) for gaps up to limit() when listed, and a few more. May reduce limit().
+  /// Calls visit(place) for spheres whose gap was at most limit() when the list was made, and for a few more. visit()
+  /// may reduce limit().
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
@@ -177,25 +177,25 @@ class SphereProxy {
 
   ToolSpheres tool_;
   ProxyOptions options_;
-  double lever_;  // m, rad to lengths in project()
+  double lever_;  // m, converts rotations to lengths in project()
   Pose X_W_, X_WH_;
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;      // m from T's origin, per sphere
-  std::vector<NearList> lists_;  // per tool sphere
-  std::size_t room_;             // room per list, a multiple of 8
-  std::vector<Place> listed_;    // in sequence
-  // m when listed; infinite: unused
+  std::vector<double> arm_;      // m, each tool sphere's distance from the origin of T
+  std::vector<NearList> lists_;  // for each tool sphere: its near list
+  std::size_t room_;             // number of spheres per list, a multiple of 8
+  std::vector<Place> listed_;    // spheres of all lists, one list after another
+  // m, gaps of these spheres when listed; infinite: unused
   std::vector<float> gap_;
   NextList next_;
-  std::vector<double> moved_before_;         // m, `moved` at the last tick's end
-  std::vector<SweptBall> swept_;             // of a GPU search
-  std::vector<std::size_t> sphere_of_ball_;  // tool sphere of each
-  // m, largest protrusion since end_notes(), up to kStickOut
+  std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
+  std::vector<SweptBall> swept_;             // moving balls for a search by the GPU
+  std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
+  // m, largest protrusion since end_notes(), at most kStickOut
   double protrudes_ = 0;
-  bool noted_ = false;  // a cut sphere has protruded since end_notes()
-  double pushed_ = 0;   // m, all pushes
+  bool noted_ = false;  // true: a cut sphere has protruded since end_notes()
+  double pushed_ = 0;   // m, sum of all pushes
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

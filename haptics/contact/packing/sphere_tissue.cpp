@@ -11,12 +11,12 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// cos 60°: two directions within it are one cut going on
+/// cos 60°: if two cut directions differ by less, the second continues the first cut
 constexpr double kSameSide = 0.5;
-// cuts until boxes above a leaf are exact again
+// number of cuts after which the boxes above a leaf are computed exactly again
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, rounding of a displacement
-constexpr double kTouching = 1e-13;  // m, overlap by rounding
+constexpr double kTouching = 1e-13;  // m, overlap that counts as rounding error
 
 double ball_volume(double r) {
   return 4.0 / 3.0 * kPi * r * r * r;
@@ -47,7 +47,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// m³, with its part of the gaps.
+/// Volume of the sphere with its part of gaps, m³.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (gone(s)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -62,7 +62,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// By a ball of `r` from a to b. False: no deeper than before.
+/// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if it cuts no deeper than
+/// before.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -73,7 +74,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut: the present state becomes the base.
+    // A new cut begins: the current state becomes the base.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -93,7 +94,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // boxes must still follow
+  std::optional<Place> unmended;  // sphere whose boxes must still be updated
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -115,13 +116,13 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
   set(i, after);
 }
 
-/// And their cut by one ball.
+/// Eight spheres, and their cut by one ball.
 struct SphereTissue::Lanes {
   static constexpr std::size_t kWide = SphereTree::kWide;
   double base[3][kWide], base_radius[kWide], base_volume[kWide], away[3][kWide], overlap[kWide], tool[kWide];
   double new_away[3][kWide], new_overlap[kWide], taken[kWide], protrudes[kWide];
-  unsigned changes;  // changed, with valid results
-  unsigned others;   // to be done by after_cut()
+  unsigned changes;  // bit mask: spheres that changed and have valid results
+  unsigned others;   // bit mask: spheres that after_cut() must compute
 
   void put(std::size_t k, const CutSphere& s) {
     base[0][k] = s.base.x, base[1][k] = s.base.y, base[2][k] = s.base.z;
@@ -129,7 +130,7 @@ struct SphereTissue::Lanes {
     away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
     overlap[k] = s.overlap, tool[k] = s.tool;
   }
-  /// Sphere `k` after a ball of `r`.
+  /// Copies sphere `k` after a cut by a ball of radius `r` to `s`.
   void take(std::size_t k, double r, CutSphere& s) const {
     s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
     s.base_radius = base_radius[k], s.base_volume = base_volume[k];
@@ -140,7 +141,7 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// SphereTissue::counted() for eight, same bits. Not for Removal::kAsPrinted.
+/// SphereTissue::counted() for eight spheres, with the same bits. Not for Removal::kAsPrinted.
 TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
@@ -151,7 +152,8 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   volume = radius > SphereTissue::kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
-/// SphereTissue::after_cut() for eight, same bits; `others`: cut from another side.
+/// SphereTissue::after_cut() for eight spheres, with the same bits. `others` receives those that are cut from another
+/// side.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -173,7 +175,7 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Protrusion: an overlap moves the base by half of it and takes as much off its radius.
+  // Protrusion: an overlap moves the sphere by half of it, and reduces its radius by the other half.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -205,7 +207,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // Unchanged: overwritten by the next. Full: the last entry is overwritten.
+      // An unchanged sphere is overwritten by the next one; when steps_ is full, the last element is overwritten.
       Step& step = steps_[std::min(count_, kMostSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
@@ -235,7 +237,7 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Of what make() changed; mostly only widened, which is faster.
+/// Updates the boxes above a sphere that make() changed. Usually only enlarges them, which is faster.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);
@@ -267,7 +269,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // Smaller than a voxel, a sphere may own none: then its own volume. Scaled to the tissue's.
+  // A sphere smaller than a voxel may own none: it gets its own volume. Then scales all to the volume of the tissue.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -1,4 +1,4 @@
-// Cuts make spheres smaller, move or remove them.
+// The spheres of the tissue. A cut makes them smaller, moves or removes them.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 /// The volume of tissue that a cut removes.
 struct Removed {
   PerTissue volume{};  // m³, removed volume of each tissue
-  // m³ × hardness; times specific energy, the cutting energy
+  // m³ × hardness; multiplied by the specific energy, it gives the energy of the cut
   PerTissue hardened{};
 
   Removed& operator+=(const Removed& other) noexcept {
@@ -27,57 +27,60 @@ struct Removed {
 
 class TriedCut;
 
-/// With its tree. One thread at a time. cut() and set() are noexcept, never allocate.
+/// The spheres with their search tree. One thread at a time. cut() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  /// `cell`: m³ per sphere (cell_volumes()); empty: own volumes, scaled to the tissue's.
+  /// `cell`: m³, volume that belongs to each sphere (cell_volumes()); empty: the sphere's own volume, scaled to the
+  /// tissue.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return tree_.size(); }
   const SphereTree& tree() const { return tree_; }
-  // int: index in the packing; Place: in the tree.
+  // An int is an index in the packing, a Place a position in the tree.
   Tissue tissue(Place place) const noexcept { return tissue_[static_cast<std::size_t>(place)]; }
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
   const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
-  /// Of its tissue's own (dense_tissue.h); above 1 if fitted (S2, eq. 14).
+  /// Hardness relative to the tissue's (dense_tissue.h); a material fit (S2, eq. 14) can give more than 1.
   double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
   double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
-  /// Some differ from 1.
+  /// Returns true if some spheres' hardness is not 1.
   bool graded() const { return graded_; }
-  /// At set-up, or after painting.
+  /// Sets a sphere's tissue and hardness, at set-up or painting.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// m³, with its part of the gaps.
+  /// Volume of sphere i with its part of gaps, m³.
   double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// m³, in state `s`.
+  /// Volume in m³ of a sphere in the state `s`.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
-  /// Returns the remaining volume of each tissue, m³.
+  /// Remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// A ball of `r` from a to b (S2, eq. 6). `changed`: places; `before` (may be empty): former states; adds to
-  /// `removed`; returns how many. `changed` must have room for all touched ones: others are not cut.
+  /// Cuts with a ball of radius `r` from a to b (S2, eq. 6); adds to `removed`. Returns the number of changed spheres,
+  /// stored in `changed`, which must have room for all touched ones. `before` (may be empty) receives their former
+  /// states.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// Without search: the first `found` of `changed` are the touched ones.
+  /// As cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// To an earlier state, as for undo.
+  /// Sets a sphere to an earlier state, for undo.
   void set(int i, const CutSphere& sphere) noexcept;
-  /// After a cut; adds to `removed`.
+  /// Sets a sphere to its state after a cut, and adds the change to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// The last cut of `tried`, with carve()'s bits. changes(place, protrudes) per sphere, ends_ball() per tool sphere.
+  /// Applies the last cut of `tried`, with the same bits as carve(). Calls changes(place, protrudes) for each sphere,
+  /// and ends_ball() for each tool sphere.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
   Removal removal() const { return removal_; }
 
-  // Public for the kernels.
+  // Public because the SIMD kernels use it.
   struct Lanes;
-  /// Of the radius before; smaller ones go: they could not be felt.
+  /// Ratio to the radius before the cut; smaller spheres are removed, because they could not be felt.
   static constexpr double kLeast = 1e-3;
 
-  /// Bytes, spheres and tree.
+  /// Size of spheres and tree, bytes.
   std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
 
  private:
@@ -85,7 +88,7 @@ class SphereTissue {
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
   static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kLeast * s.base_radius); }
-  /// Without the boxes above.
+  /// Sets a sphere without updating the boxes above it.
   void put(Place place, const CutSphere& s) noexcept {
     spheres_[static_cast<std::size_t>(place)] = s;
     tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
@@ -100,30 +103,30 @@ class SphereTissue {
   Removal removal_;
   std::size_t made_ = 0;  // number of cuts that make() has applied
   SphereTree tree_;
-  // by place
+  // Indexed by place.
   std::vector<CutSphere> spheres_;
   std::vector<Tissue> tissue_;
   std::vector<float> hardness_;
   bool graded_ = false;
 };
 
-/// Cost of several balls in turn, without changing anything; each meets only what the earlier left. Allocates in the
-/// constructor only. Servo thread.
+/// Computes the cost of a cut by several balls without changing the tissue; each ball cuts what the earlier ones left.
+/// Servo thread only; allocates only in the constructor.
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
       : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
     steps_.resize(kMostSteps + 1);
   }
-  /// For so many balls.
+  /// Begins a cut by `balls` balls.
   void begin(std::size_t balls) noexcept {
     ++number_;
     several_ = balls > 1;
     count_ = 0;
   }
-  /// All changes were stored.
+  /// Returns true if all changes could be stored.
   bool complete() const noexcept { return count_ <= kMostSteps; }
-  /// As SphereTissue::cost().
+  /// Adds a ball of radius `r` that moves from a to b. Returns the sum of removed volume × hardness × `weight`.
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
@@ -132,24 +135,24 @@ class TriedCut {
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
     Place place{};
-    bool first = false;  // first change by this tool sphere
+    bool first = false;  // true: first change by this tool sphere
     double taken = 0;    // m³, removed volume
-    // m beyond the former surface
+    // m by which the sphere protrudes beyond its old surface
     double protrudes = 0;
     CutSphere after;
   };
-  std::vector<Step> steps_;  // carve()'s order; count_ valid
-  std::size_t count_ = 0;    // above kMostSteps: not all stored
-  // a ball may cut what an earlier one has
+  std::vector<Step> steps_;  // in the order of carve(); the first count_ are valid
+  std::size_t count_ = 0;    // number of changes; above kMostSteps: not all are stored
+  // true: a ball may cut a sphere that an earlier ball cut
   bool several_ = true;
-  std::vector<CutSphere> state_;         // after the present cut, with several balls
-  std::vector<std::uint64_t> tried_in_;  // cut that last changed state_
+  std::vector<CutSphere> state_;         // each sphere's state after the current cut, with several balls
+  std::vector<std::uint64_t> tried_in_;  // for each sphere: cut that last changed state_
   std::uint64_t number_ = 0;
 };
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // boxes must still follow
+  std::optional<Place> unmended;  // sphere whose boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];
@@ -165,7 +168,8 @@ void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& chang
   ends_ball();
 }
 
-/// m³: each voxel of tissue belongs to its nearest sphere, so gaps are included; scaled to packing.solid_volume.
+/// Volume of each sphere's cell, m³: each voxel of tissue belongs to its nearest sphere, so gaps are included. Scaled
+/// to packing.solid_volume.
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

@@ -15,11 +15,11 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// of the packing's size: about twelve roundings in single precision
+// Rounding error in single precision / size of the packing; allows about twelve operations.
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
-/// contact_time() for eight; same bits everywhere.
+/// contact_time() for eight spheres, equal bits on every processor.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kWide; ++i) {
@@ -28,7 +28,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
-/// Nearer than `reach` to a–b.
+/// Bit mask of spheres nearer than `reach` to the segment a–b.
 TYPODONT_INLINE unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -43,7 +43,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Distance to each surface minus `offset`; mask: below `most`.
+/// Computes the distance of p from each surface, minus `offset`. Returns a bit mask of those below `most`.
 TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -54,7 +54,7 @@ TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, d
   return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
-/// Relative to `origin`, enlarged by `slack`.
+/// Computes a leaf's box relative to `origin`, enlarged by `slack`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
   D8 r;
@@ -72,7 +72,7 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, flo
   }
 }
 
-/// Around all children.
+/// Computes the box around all children of a node.
 TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) {
   for (int a = 0; a < 3; ++a) {
     lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
@@ -80,7 +80,7 @@ TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Squared, to each child's box; infinite: empty.
+/// Squared distance to each child's box; infinite: empty.
 TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -91,14 +91,14 @@ TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Within `reach`.
+/// Bit mask of the children within `reach`.
 TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// Around the whole path: excludes more children than boxes do, for a large moving sphere.
+/// A ball around the whole path. For a large moving sphere, it excludes more children than the boxes do.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -107,7 +107,8 @@ struct Around {
   }
 };
 
-/// For children_hit(): mask of those it may touch before `until`; `enter`: earliest times.
+/// A path for children_hit(), which returns a bit mask of children that it may touch before `until`. `enter`: earliest
+/// times.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -168,7 +169,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf, /*exactly=*/true);
 }
 
-/// `from` to `to` - 1 of sphere_in_: each `chunk`, each eighth of it and so on is close together.
+/// Sorts the elements `from` to `to` - 1 of sphere_in_, so that each chunk, each eighth of a chunk and so on contains
+/// neighbouring spheres.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -191,7 +193,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Up to the first unchanged box, or, unless `exactly`, to the first large enough.
+/// Updates boxes upwards until one does not change, or, if not `exactly`, until one is large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, slack_, lo, hi);
@@ -241,12 +243,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m per axis that count as zero, far below the boxes' margin
+    // m per axis; slower motion counts as zero, far below the margin of the boxes
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // Plus single-precision errors.
+  // Adds the rounding error of single precision.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -276,7 +278,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // Nearest last, so visited first.
+    // Pushes the nearest child last, so it is visited first.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -299,7 +301,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
-  // Of positions in single precision.
+  // m, rounding error of positions in single precision
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
@@ -354,7 +356,8 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
   return count;
 }
 
-/// visit(place, distance to the surface) if possibly below `most`, which it may reduce; negative infinity ends.
+/// Calls visit(place, distance to the surface) for spheres that may be nearer than `most`. visit() may reduce `most`;
+/// negative infinity ends the search.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -383,7 +386,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // Nearest last, so visited first.
+    // Pushes the nearest child last, so it is visited first.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

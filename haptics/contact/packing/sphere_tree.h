@@ -1,4 +1,4 @@
-// Bounding volumes of spheres that may shrink, move and disappear.
+// A bounding volume hierarchy of spheres that may become smaller, move and disappear.
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace typodont::haptics::packing {
 
-/// Neighbours in space have near places, also in memory. place = leaf · 8 + lane.
+/// Position of a sphere in the tree, leaf · 8 + lane. Neighbouring spheres have neighbouring places, also in memory.
 enum class Place : std::int32_t {};
 
-/// Eight spheres per leaf, eight children per node, tested together. m, any frame. After set-up noexcept, no
-/// allocation. One thread at a time.
+/// Leaves of eight spheres and nodes with eight children, which are tested at once. Any frame and unit m. After set-up
+/// noexcept, without allocation. One thread at a time.
 class SphereTree {
  public:
   static constexpr std::size_t kWide = 8;
-  static constexpr std::size_t kDeepest = 10;  // levels: 8^10 leaves
+  static constexpr std::size_t kDeepest = 10;  // largest number of levels: 8^10 leaves
 
   struct Hit {
-    double t = kNever;  // 0..1 of the motion; kNever: none
+    double t = kNever;  // fraction 0..1 of the motion; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
@@ -32,10 +32,10 @@ class SphereTree {
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
   std::size_t size() const { return place_of_.size(); }
-  /// Leaves × 8; the last may be empty.
+  /// Leaves × 8 places, of which the last may be empty.
   std::size_t places() const { return sphere_in_.size(); }
   Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
-  /// At a place.
+  /// Index of the sphere at a place.
   int sphere_in(Place place) const noexcept { return sphere_in_[static_cast<std::size_t>(place)]; }
   dvec3 center(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
@@ -43,50 +43,52 @@ class SphereTree {
     return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
   }
   dvec3 center(int i) const noexcept { return center(place_of(i)); }
-  /// 0: disappeared.
+  /// 0: the sphere has disappeared.
   double radius(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
     return leaves_[s / kWide].r[s % kWide];
   }
   double radius(int i) const noexcept { return radius(place_of(i)); }
 
-  /// Radius 0: disappears. Updates the boxes above.
+  /// Moves and resizes a sphere; radius 0: it disappears. Updates the boxes above it.
   void set(int i, const dvec3& center, double radius) noexcept {
     put(place_of(i), center, radius);
     mend_above(place_of(i));
   }
-  /// Without boxes: mend_above() for one sphere per changed leaf, before the next search.
+  /// As set(), but without the boxes: call mend_above() for one sphere of each changed leaf before the next search.
   void put(Place place, const dvec3& center, double radius) noexcept {
     const auto s = static_cast<std::size_t>(place);
     Leaf& leaf = leaves_[s / kWide];
     leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
     leaf.r[s % kWide] = radius;
   }
-  /// Same leaf.
+  /// Returns true if both places are in the same leaf.
   bool share_leaf(Place a, Place b) const noexcept {
     return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
   }
   void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/true); }
-  /// If too small. Too large only slows searches.
+  /// Enlarges the boxes above a sphere if they are too small. Boxes that are too large only slow searches.
   void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/false); }
 
-  /// First touched by `r` at `p` moving by `m`; simultaneous: lowest index. Bits of brute_force().
+  /// First sphere that a ball of radius `r` at `p` touches when it moves by `m`; of simultaneous ones, the lowest
+  /// index. Same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// first_hit() among the given (at most kWide), same bits.
+  /// As first_hit(), but only among the given spheres (at most kWide). Same bits.
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Places nearer than `reach` to a–b, in an order of the tree's only. Returns how many, also without room in `found`.
+  /// Lists the spheres nearer than `reach` to the segment a–b, in the tree's order. Returns their number, also if
+  /// `found` is too small.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// In parts, between which spheres may change.
+  /// A search made in parts, between which spheres may change.
   class PartSearch {
    public:
     bool done() const { return depth_ == 0; }
 
    private:
     friend class SphereTree;
-    // level and index, still to visit
+    // nodes that remain to be visited: level and index
     std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack_;
     std::size_t depth_ = 0;
   };
@@ -95,14 +97,15 @@ class SphereTree {
     search.stack_[search.depth_++] = {static_cast<std::uint32_t>(level_.size()), 0};
     return search;
   }
-  /// Surfaces nearer than `reach` to p, in near_segment()'s order: places to `found`, distances minus `offset` (m) to
-  /// `gap`. Until `leaves` are used, or room may run out. Returns how many.
+  /// Continues a search for spheres with surfaces nearer than `reach` to p. Stores places in `found`, and distances
+  /// minus `offset` (m) in `gap`, in the order of near_segment(). Stops after `leaves` leaves, or when there may be no
+  /// more room.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
-  /// Of the given (at most kWide), what near_segment() finds.
+  /// Bit mask of the given spheres (at most kWide) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
-  /// Order of near_segment().
+  /// Position of sphere i in the order of near_segment().
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
     const auto place = static_cast<std::uint32_t>(place_of(i));
@@ -110,24 +113,25 @@ class SphereTree {
     return (last - place / kLanes) * kLanes + place % kLanes;
   }
 
-  /// m to the nearest surface, up to `most`, negative inside. At most `enough`: any value in between.
+  /// Distance from p to the nearest surface, at most `most`, negative inside, m. If it is at most `enough`, any value
+  /// between them may be returned.
   double room(const dvec3& p, double most, double enough = -kNever) const noexcept;
 
-  /// Ends at the first.
+  /// Returns true if a ball (`p`, radius `r`) touches a sphere.
   bool touches(const dvec3& p, double r) const noexcept;
 
-  /// Nearest surface, first in the tree's order; -1: none left.
+  /// Sphere with the surface nearest to p (the first in the tree's order); -1: there is none.
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {
     return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * place_of_.size() * sizeof(int);
   }
 
-  // Public for the kernels.
+  // Public because the SIMD kernels use it.
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
-  /// Of the given (at most kWide); radius 0: unused.
+  /// Copies the given spheres (at most kWide) to the lanes of a leaf; radius 0: unused lane.
   Leaf lanes_of(std::span<const Place> spheres) const noexcept {
     Leaf lanes{};
     for (std::size_t k = 0; k < spheres.size(); ++k) {
@@ -137,7 +141,7 @@ class SphereTree {
     }
     return lanes;
   }
-  /// Of children, from origin_, rounded outward; lo > hi: empty.
+  /// Boxes of the children relative to origin_, rounded outward; lo > hi: empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
   };
@@ -149,11 +153,11 @@ class SphereTree {
   void mend(std::size_t leaf, bool exactly) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;             // m, above all rounding in single precision
-  std::vector<int> sphere_in_;   // or -1
+  double slack_ = 0;             // m, larger than all rounding errors in single precision
+  std::vector<int> sphere_in_;   // index of the sphere at each place; -1: empty
   std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;         // level above the leaves first, root last
+  std::vector<Node> nodes_;         // the level above the leaves comes first, the root last
   std::vector<std::size_t> level_;  // for each level: its first index in nodes_
 };
 

@@ -40,13 +40,13 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
 
 namespace {
 
-/// Of eight tissue spheres and a ball.
+/// Overlaps of eight tissue spheres with a ball.
 struct Overlaps {
   double volume[SphereTree::kWide];
-  double n[3][SphereTree::kWide];  // to the ball
+  double n[3][SphereTree::kWide];  // unit vectors from each sphere to the ball
 };
 
-/// Ball of `r` at `c`.
+/// Computes overlaps with a ball of radius `r` at `c`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Overlaps& overlaps) {
   D8 x, y, z, radius, volume;
@@ -62,7 +62,8 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
   write_lanes(overlaps.n[2], apart ? z / d : D8{});
 }
 
-/// near(t, c, r): places within r of tool sphere t's centre c into `scratch`, in the tree's order; returns how many.
+/// near(t, c, r) writes the spheres within r of c, the centre of tool sphere t, to `scratch` in the tree's order, and
+/// returns their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                           double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {

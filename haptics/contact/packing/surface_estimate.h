@@ -1,4 +1,4 @@
-// Tissue in contact and its cutting speed (S2, pass 2, eq. 2 to 5). Pure; servo thread.
+// Estimates the tissue in contact and its cutting speed (S2, pass 2, eq. 2 to 5). Pure functions; servo thread only.
 #pragma once
 
 #include <span>
@@ -9,22 +9,22 @@
 namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
-  dvec3 n_W{0};       // out of the tissue (S2, eq. 2); zero: none
-  double volume = 0;  // m³, all overlaps
-  // ρ of S2, eq. 3, with mm³; grows with the contact, which then cuts more slowly
+  dvec3 n_W{0};       // normal out of tissue (S2, eq. 2); zero: no overlap
+  double volume = 0;  // m³, sum of all overlaps
+  // ρ of S2, eq. 3, computed in mm³. It grows with the contact, so a larger contact is cut more slowly.
   double density = 0;
-  double normalised = 0;  // ρ̂ of S2, eq. 3; any contact size
-  PerTissue fraction{};   // of `volume`; sum 1
-  PerTissue hardness{};   // of spheres in contact (SphereTissue::hardness)
+  double normalised = 0;  // ρ̂ of S2, eq. 3; independent of the contact's size
+  PerTissue fraction{};   // fraction of each tissue in `volume`; the sum is 1
+  PerTissue hardness{};   // hardness of the spheres in contact (SphereTissue::hardness)
 };
 
-/// S2, eq. 2 and 3. The pairs' order affects the last bits.
+/// Adds the overlaps of pairs of spheres (S2, eq. 2 and 3). The order of the pairs changes the last bits.
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
-  /// `v`: m³, tool sphere at `c`, tissue sphere at `place`.
+  /// Adds the overlap `v` (m³) of the tool sphere at `c` with the tissue sphere at `place`.
   void add(const dvec3& c, Place place, double v) noexcept;
-  /// `n`: tissue to tool; zero: same centre.
+  /// Adds an overlap with the direction `n` from tissue to tool; zero: both have the same centre.
   void add(Place place, const dvec3& n, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
@@ -36,22 +36,22 @@ class OverlapSum {
   double weighted_ = 0;  // m³, sum of overlap × density
 };
 
-/// S2, eq. 2, 3, with the head's spheres enlarged by `epsilon` (m). `density` per tissue, times each sphere's hardness;
-/// 0: no resistance. `scratch`: places.
+/// S2, eq. 2 and 3, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue, multiplied by each
+/// sphere's hardness; 0: no resistance. `scratch`: buffer for near spheres.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// Same bits, by `proxy`'s near lists.
+/// As estimate_surface() above, with the same bits, but uses the near lists of `proxy`.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 
-/// S2, eq. 4, m/s; `free_speed` at density zero.
+/// Cutting speed in m/s (S2, eq. 4); `free_speed` at density zero.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }
 
-/// S2, eq. 5, corrected (m · v_d / Δt is no length): m in `dt` s, towards a point `left` m away.
+/// Step in m during `dt` s, towards a point `left` m away (S2, eq. 5, corrected: m · v_d / Δt is not a length).
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

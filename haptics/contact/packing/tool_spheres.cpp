@@ -13,13 +13,14 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSamples = 48;  // samples along the longest side
-// chain's step / radius; notches are 2 % of the radius deep
+// step of a chain / radius; the notches between its spheres are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
-// Nodes across the radius; ring's step / radius; least new volume of a ring / head.
+// kCells: nodes across the radius. kRingStep: step in a ring / radius. kLeastCovered: smallest new volume of a ring /
+// head.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
 
-/// Inscribed, on the axis, for a part that never cuts.
+/// Adds a chain of inscribed spheres on the axis, for a part that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -31,7 +32,8 @@ void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   }
 }
 
-/// Overlapping inscribed spheres in rings, each time the one with most new volume per sphere. Smoother than a packing.
+/// Fills a head with rings of overlapping inscribed spheres. Each time it adds the ring with the most new volume per
+/// sphere. The result is smoother than a packing.
 class Rings {
  public:
   explicit Rings(const Tool& tool)
@@ -83,21 +85,21 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Ring at i · side_ from the axis, in 2π side_³.
+  /// Volume of a ring at the distance i · side_ from the axis, in units of 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Through node (i, j); 0: outside the head.
+  /// Number of spheres of the ring through node (i, j); 0: it is outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = room_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// f(level, first, end) for what the ring covers, midway between spheres, where it is thinnest.
+  /// Calls f(level, first, end) for the nodes that a ring covers midway between two spheres, where it is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
@@ -109,7 +111,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// New volume of the ring through (i, j).
+  /// New volume that the ring through (i, j) covers.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -122,12 +124,12 @@ class Rings {
     });
   }
 
-  double side_;                        // m between nodes
-  int levels_;                         // nodes at one height each
-  double bottom_;                      // m along the axis, first level
-  std::vector<double> room_;           // m below the surface, per node
-  std::vector<std::uint8_t> covered_;  // outside the head, or in a ring
-  std::vector<double> open_;           // new volume from the axis out, per level
+  double side_;                        // m, distance between nodes
+  int levels_;                         // number of levels, whose nodes have the same height
+  double bottom_;                      // m along the axis, height of the first level
+  std::vector<double> room_;           // for each node: its depth below the surface, m
+  std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or in a ring
+  std::vector<double> open_;           // per level: uncovered volume from the axis to each node
   double enough_ = 0;
 };
 
@@ -184,7 +186,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // as large as fits; only tissue needs small ones
+  options.max_radius = field.band;  // spheres may be as large as fits; only tissue needs small ones
   const SpherePacking packing = pack_spheres(field, options);
   return {packing.center, packing.radius};
 }

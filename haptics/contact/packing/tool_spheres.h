@@ -1,4 +1,4 @@
-// A tool as spheres. Set-up only.
+// A tool that consists of spheres. Set-up only.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,28 @@
 
 namespace typodont::haptics::packing {
 
-/// m, T.
+/// Spheres of a tool: m, in frame T.
 struct ToolSpheres {
   ToolSpheres() = default;
-  /// Without non-cutting parts.
+  /// The spheres of a head, without non-cutting parts.
   ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii);
-  /// Touches, never cuts.
+  /// Adds a sphere that touches but never cuts.
   void add_non_cutting(const dvec3& p_T, double r);
 
   std::vector<dvec3> center_T;
   std::vector<double> radius;
-  // First in the list; the rest are shank and safe end.
+  // Number of spheres of the head, which come first. The rest belong to shank and safe end.
   std::size_t head = 0;
-  dvec3 com_T{0};         // m (S2, eq. 9), uniform density
-  double reach = 0;       // m, T's origin to the farthest point
-  double head_reach = 0;  // m, the same of the head
+  dvec3 com_T{0};         // m, centre of mass for uniform density (S2, eq. 9)
+  double reach = 0;       // m from T's origin to the tool's farthest point
+  double head_reach = 0;  // m from T's origin to the head's farthest point
 
   std::size_t size() const { return radius.size(); }
 };
 
-/// A ball is one sphere; other heads up to `spheres` in rings; shank and safe end are chains on the axis.
+/// A ball is one sphere; another head has up to `spheres` spheres in rings; shank and safe end are chains on the axis.
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres);
-/// For example a mesh (read_mesh_solid), T. Throws Error if unbounded.
+/// Spheres of a solid in frame T, for example a mesh (read_mesh_solid). Throws Error if it is unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);
 
 }  // namespace typodont::haptics::packing

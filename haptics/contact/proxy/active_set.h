@@ -1,6 +1,5 @@
-// Finds the point nearest to a goal on the allowed side of all planes of a set, in three dimensions. The method is the
-// dual active-set method (Goldfarb & Idnani 1983): it starts at the goal and adds the most violated plane until no
-// plane is violated. At most three planes are active.
+// Finds the point nearest to a goal on the allowed side of all planes of a set. Dual active-set method (Goldfarb &
+// Idnani 1983): starts at the goal and adds the most violated plane until none is violated.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// The active planes, on which the result lies: at most three. Each has a push (Lagrange multiplier), which is a
-/// length: the displacement along the plane's normal that the plane causes.
+/// The active planes, on which the result lies: at most three. `push`: Lagrange multiplier of each, a length: the
+/// displacement along the plane's normal that the plane causes.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
@@ -47,9 +46,8 @@ class ActiveSet {
  public:
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
-  /// Computes the point nearest to `goal` that all planes allow. On entry, `active` contains a guess of the active
-  /// planes (or none); on return, it contains the active planes. Returns false if no such point was found: `x` is
-  /// then undefined, and `active` contains the planes that were active when the search failed.
+  /// Computes the point nearest to `goal` that all planes allow. `active`: in: a guess of the active planes; out: these
+  /// planes. Returns false if there is none; `x` is then undefined.
   bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
     count_ = 0;
     x = goal;
@@ -61,7 +59,7 @@ class ActiveSet {
   }
 
  private:
-  // if more planes than this would have to be added, the projection fails
+  // largest number of rounds; with more planes, the projection fails
   static constexpr int kMostRounds = 64;
   // largest number of active planes that may be removed when one plane is added
   static constexpr int kMostLeaving = 8;

@@ -20,7 +20,7 @@ using D = DescentParameters;
 using H = HeadSampleParameters;
 using L = CreaseContactParameters;
 
-/// Returns true if one smooth sheet surrounds a point of the surface.
+/// Returns true if the surface near x is one smooth sheet.
 bool is_smooth_at(const SurfacePatch& patch, const dvec3& x) noexcept {
   if (!patch.holds(x, O::depth_below)) return true;
   const FieldSample at = sample_cubic(patch, x);
@@ -55,17 +55,13 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Finds the contact of a ball by one field query at its centre c (offset surface: Kim & Park 2006, sec. 3.2). The foot
-/// point is the nearest point of the surface, computed from the value and gradient at c. The result is exact where the
-/// field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance, but never larger, and
-/// it is not zero at the foot point. Samples of the field on the line through c and the foot point detect two cases.
-/// Near an edge, a sample below the foot point is less deep than below a flat surface; the edge is then computed from
-/// its two faces. Near a second wall, a sample above c is smaller than its distance from the foot point.
+/// Finds the contact of a ball by one query at its centre c (offset surface: Kim & Park 2006, sec. 3.2). Exact where
+/// the field is smooth; samples on the line through c and its foot point detect an edge or a second wall.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
-    // The head's centre is inside tissue. There, the field cannot be used as the distance to the offset surface.
+    // The centre is inside tissue, where the field is not the distance to the offset surface.
     return false;
   dvec3 n = at.gradient / length;
   double distance = at.value;
@@ -83,8 +79,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
       distance = edge.gap + radius_;
       n = edge.n;
     } else {
-      // If the gradient does not have length 1, or the foot point is not on the surface, the field there depends on two
-      // walls.
+      // Otherwise two walls influence the field there.
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -122,8 +117,7 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
-  // First moves x from the hand's position onto the wall. Then moves x along the wall until it is the foot point of the
-  // hand, which means that the wall's normal at x goes through the hand's position.
+  // Moves x from the hand onto the wall, and then along the wall, until the wall's normal at x goes through the hand.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
   for (int step = 0;; ++step) {
@@ -175,7 +169,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
   std::fill_n(set.rough_.yields, found.count, 1.0f);
   if (fine && sphere_ && patch.holds(X_VT.p, 0)) {
-    // The surface nearest to the centre can lie between the samples.
+    // The nearest surface may lie between the samples.
     const FieldSample at = sample_linear_gradient(patch, X_VT.p);
     if (at.value > 0.5 && glm::length(at.gradient) > 0.5)
       find_below(patch, X_VT, X_VT.p - at.value * glm::normalize(at.gradient), near, set);
@@ -183,7 +177,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   if (!samples_->cover.empty() && (fine || found.count == 0)) find_between_samples(patch, X_VT, near, set);
 }
 
-/// Adds the contact to which the descent from x leads.
+/// Searches the contact nearest to x on the surface (descend()), and adds it.
 void ContactFinder::find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
                                ContactSet& set) const noexcept {
   ContactPlane plane;
@@ -207,7 +201,7 @@ void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& 
   Candidate nearest[H::descents] = {};  // sorted by value
   int count = 0;
   const glm::dmat3 axes(X_VT.R);
-  constexpr double kHalfDiagonal = 0.87;  // voxels
+  constexpr double kHalfDiagonal = 0.87;  // voxels, half the diagonal of a voxel
   const float within = samples_->cover_radius + static_cast<float>(near + kHalfDiagonal);
   for (const glm::vec3& point : samples_->cover) {
     const dvec3 x = X_VT.p + axes * dvec3(point);
@@ -282,9 +276,8 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
-  // Moves the contact point onto the surface. Then moves it along the surface towards the head while the gap decreases.
-  // On a surface of constant curvature, each displacement is a constant fraction of the previous one. So the fine
-  // refinement extrapolates all remaining displacements in one step (secant method).
+  // Moves the contact onto the surface, then along it towards the head while the gap decreases. With constant
+  // curvature, these steps form a geometric series, so the fine refinement extrapolates its sum (secant method).
   ContactPlane best = rough;
   if (fine && set.creases_ && rough.crease && touch_crease(patch, X_VT, rough.x, best)) {
     set.put(i, X_VT.p, best);
@@ -305,7 +298,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) {
       if (!set.creases_ || last_slide == dvec3(0)) break;
-      // On a surface that is much more curved than the head, the step was too long.
+      // The step was too long, because the surface is much more curved than the head.
       gain *= R::shortened;
       x = best.x + gain * last_slide;
       continue;
@@ -343,8 +336,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   return true;
 }
 
-/// Returns the point of the head that is farthest in a given direction (unit vector): an end of a piece of the
-/// meridian, or a point of an arc.
+/// The head's farthest point in the direction `along` (unit vector): an end or an arc of its meridian.
 dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
   const dvec3 d = glm::conjugate(X_VT.R) * along;
   const double out = std::hypot(d.x, d.y);
@@ -366,8 +358,8 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// If a sharp rim of the head is inside smooth tissue, the two sides of the rim push in different directions, and
-/// neither points out of the tissue. The correct direction is the tissue's normal at the deepest point of the rim.
+/// If a sharp rim of the head is inside smooth tissue, its two sides push in different directions, neither out of the
+/// tissue. Correct is the tissue's normal at the deepest point of the rim.
 bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);
@@ -399,7 +391,7 @@ bool ContactFinder::descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& 
       if (!patch.holds(p, 0)) return false;
       const FieldSample at = sample_linear_gradient(patch, p);
       const double slope = glm::length(at.gradient);
-      if (slope < D::flat) {  // at a corner, for example
+      if (slope < D::flat) {  // no direction, for example at a corner
         head_distance(X_VT, p, normal);
         normal = -normal;
         return std::abs(at.value) < D::near_surface;
@@ -431,7 +423,7 @@ bool ContactFinder::descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& 
   return true;
 }
 
-/// Finds the point of a sheet that is nearest to the head.
+/// Finds the sheet's point nearest to the head.
 bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept {
   dvec3 n, m, last(0);
   if (sphere_) {
@@ -466,7 +458,7 @@ bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X
     const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
     t = glm::dot(along, t) < 0 ? -along : along;
     gap = head_distance(X_VT, x, m);
-    const double slope = glm::dot(m, t);  // of the gap along the line
+    const double slope = glm::dot(m, t);  // derivative of the gap along the line
     if (std::abs(slope) < L::aligned) break;
     if (step == L::steps) return false;
     double way = -slope * (radius_ + gap);
@@ -508,7 +500,7 @@ bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, co
     found.n = -found.n;
   }
   if (!touches || found.gap > gap + L::farther || found.gap < gap - L::nearer) return false;
-  // Compares the sheets with a sample, because interpolation below a crease is wrong too.
+  // Compares the sheets with a sample, because interpolated values below a crease are wrong.
   const dvec3 below = glm::floor(found.x - L::depth * found.n + 0.5);
   if (!patch.holds(below, 0)) return false;
   const glm::ivec3 q = glm::ivec3(below) - patch.lo;

@@ -24,8 +24,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Stores the exact plane of a refined contact. If the array of exact contacts is full, the plane replaces the oldest
-/// exact plane.
+/// Stores the exact plane of a refined contact. If the array is full, it replaces the oldest plane.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {
@@ -51,7 +50,7 @@ void ContactSet::put_own(const ContactPlane& plane) noexcept {
   deepest_ = std::max(deepest_, -plane.gap);
 }
 
-/// Replaces the approximate contacts near a rim by the one exact contact of the rim.
+/// Replaces the approximate contacts near a rim by the exact contact of the rim.
 void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
   const glm::vec3 x(rim.x - origin_), n(rim.n);
   const auto near = static_cast<float>(within);

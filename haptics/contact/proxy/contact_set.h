@@ -12,9 +12,9 @@ namespace typodont::haptics {
 struct ContactPlane {
   dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
-  double gap = 0;    // voxels, distance between head and tissue at x, negative if they overlap
-  // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); the fraction is below
-  // 1 where the tissue is harder than the tissue being cut
+  double gap = 0;    // voxels between head and tissue at x, negative: overlap
+  // fraction 0..1 of the allowed depth (slack) by which a cutting head may sink into this contact; below 1 in harder
+  // tissue
   double yields = 1;
   bool rim = false;     // true if a sharp rim of the head has contact; n is then the normal of the tissue
   bool crease = false;  // true if x lies on an edge, rim or corner of the tissue that was reconstructed (crease.h)
@@ -25,35 +25,34 @@ struct ContactPlane {
 struct RoughPlanes {
   // kMax: largest number of planes; kBatch: number of planes per SIMD operation
   static constexpr int kMax = 256, kBatch = 8;
-  // space for one additional batch, because the last batch may be incomplete
+  // space for one more batch, which may be incomplete
   static constexpr int kRoom = kMax + kBatch;
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
-/// The contacts of one search. All contacts are stored as approximate planes in float arrays. The few contacts that
-/// hold the head are also stored as exact planes.
+/// The contacts of one search, as approximate planes in float arrays. The few that hold the head are also stored as
+/// exact planes.
 class ContactSet {
  public:
   static constexpr int kMax = RoughPlanes::kMax;
 
   int count() const { return count_; }
-  /// Returns the number of the head's own contacts, which come first. The remaining contacts were added by add().
+  /// Number of the head's own contacts, which come first. The remaining contacts were added by add().
   int own() const { return count_ - added_; }
   /// Adds a contact of another part of the tool, or an artificial plane that limits the head's motion. The head may not
   /// sink into this plane. Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// engaged_area(): voxels², area of the head's surface within one voxel of tissue, where the parts nearest to the
-  /// tissue have the largest weight. engaged_normal(): voxels², sum of area × outward normal of the tissue, over the
-  /// part of the head that touches the tissue now.
+  /// engaged_area(): voxels², weighted area of the head's surface within one voxel of tissue. engaged_normal():
+  /// voxels², sum of area × outward normal of the tissue over the touching part of the head.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
-  /// Returns the largest overlap of a contact in voxels; 0 if nothing overlaps.
+  /// Largest overlap of a contact, voxels; 0: none.
   double deepest() const { return deepest_; }
 
   /// Returns contact i: the exact plane if the contact was refined, otherwise the approximate plane.
   ContactPlane plane(int i) const noexcept;
-  /// Returns the point one voxel below the tissue's surface at contact i.
+  /// Point one voxel below the tissue's surface at contact i.
   dvec3 below(int i) const noexcept {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }

@@ -12,19 +12,19 @@ namespace {
 
 using C = CreaseParameters;
 
-/// A unit vector perpendicular to n.
+/// Unit vector perpendicular to n.
 dvec3 across(const dvec3& n) noexcept {
   return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
 
-/// Signed distance from a circle through the origin with the curvature k, whose normal there is w.
+/// Signed distance of (u, w) from a circle through the origin with the curvature k and the normal (0, 1) there.
 double from_circle(double u, double w, double k, double& du, double& dw) noexcept {
   const double twice = k * (u * u + w * w) + 2 * w, root = std::sqrt(std::max(1 + k * twice, 1e-12));
   du = k * u / root, dw = (1 + k * w) / root;
   return twice / (1 + root);
 }
 
-/// A point on the surface beside the crease, with the normal of the linear interpolation.
+/// A point on the surface beside the crease, with the normal by linear interpolation.
 struct Landing {
   dvec3 x{0}, n{0};
 };
@@ -43,7 +43,7 @@ bool land(const SurfacePatch& patch, dvec3 x, Landing& landing) noexcept {
   return false;
 }
 
-/// Fits a sheet to the samples around the voxel `at`: differences of fourth order along the axes.
+/// Fits a sheet to the samples around the voxel `at`, by fourth-order differences along the axes.
 bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
   const glm::ivec3 q = at - patch.lo;
   const std::ptrdiff_t step[3] = {static_cast<std::ptrdiff_t>(patch.n) * patch.n, patch.n, 1};
@@ -70,7 +70,7 @@ bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept
   const double uu = glm::dot(u, Hu), uv = glm::dot(u, Hv), vv = glm::dot(v, Hv);
   const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
   const double angle = half > 1e-9 ? 0.5 * std::atan2(uv, (uu - vv) / 2) : 0;
-  // Curvatures of the level through the voxel; those of the surface follow, because the levels are parallel.
+  // The curvatures are those of the level set through the voxel; parallel surfaces give those of the surface.
   const auto at_surface = [&](double k) { return k / (1 - k * value); };
   const double most = std::max(std::abs(mean + half), std::abs(mean - half));
   if (most > C::max_curvature || rough > C::rough + C::rough_curved * most * most) return false;
@@ -82,7 +82,7 @@ bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept
   return true;
 }
 
-/// Largest distance of the samples of fit() from their centre, along a unit vector.
+/// Largest distance of the samples of fit() from their centre along the unit vector n.
 double extent(const dvec3& n) noexcept {
   const dvec3 a = glm::abs(n);
   return std::max({2 * a.x, 2 * a.y, 2 * a.z, a.x + a.y, a.y + a.z, a.x + a.z});
@@ -146,7 +146,7 @@ struct Groups {
     for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
     return most;
   }
-  /// Direction in which p moves away from all sheets except one.
+  /// Direction in which p moves away from all sheets except the sheet `except`.
   dvec3 away(const dvec3& p, int except) const noexcept {
     dvec3 sum(0), n;
     for (int k = 0; k < count; ++k) {
@@ -156,7 +156,7 @@ struct Groups {
     }
     return sum;
   }
-  /// Returns false if there are more sheets than a corner can have.
+  /// Adds a place to its sheet, or begins a new sheet. Returns false if there are more sheets than a corner can have.
   bool add(Place& place) noexcept {
     for (place.group = 0; place.group < count; ++place.group) {
       dvec3 n;
@@ -176,8 +176,8 @@ bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directi
     if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
   }
   if (groups.count < 2) return false;
-  // A place below two sheets, or whose normal points along their line, belongs to a third one. It may be near the
-  // others, so moves away from them.
+  // A place below two sheets, or with a normal along their line, belongs to a third sheet. Fits it farther away from
+  // the other two.
   const dvec3 line = glm::normalize(glm::cross(groups.first[0]->sheet.n, groups.first[1]->sheet.n));
   for (Place& place : around) {
     if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;
@@ -193,7 +193,7 @@ bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directi
   return true;
 }
 
-/// Returns the smallest distance between the samples of a fit and the samples that belong to other sheets.
+/// Smallest distance between the samples of a fit and the samples that belong to other sheets.
 double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int own) noexcept {
   double least = glm::dot(fitted.at - x, fitted.along) - extent(fitted.along);
   for (int k = 0; k < groups.count; ++k) {

@@ -12,7 +12,7 @@ struct Sheet {
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
-  /// Returns the signed distance of p, and its gradient.
+  /// Signed distance of p, and its gradient.
   double distance(const dvec3& p, dvec3& gradient) const noexcept;
 };
 
@@ -22,7 +22,7 @@ struct Crease {
   int count = 0;
   Sheet sheet[kMost];
 
-  /// Returns the largest signed distance of p from the sheets, which is positive outside the tissue.
+  /// Largest signed distance of p from the sheets, which is positive outside the tissue.
   double above(const dvec3& p) const noexcept;
   /// Moves x onto the line where the sheets i and j meet. `n`: receives the normals there. Returns false if they do not
   /// meet near x.
@@ -31,9 +31,8 @@ struct Crease {
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
-/// Fits the sheets that meet near `x`, a point of the surface at most about two voxels from the crease. Each sheet is
-/// fitted to samples of its own side, because an interpolation across the crease rounds it. `n`: unit vector from x to
-/// the head. Returns false if the surface there is smooth or concave, or if the samples contradict the sheets.
+/// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x
+/// to the head. Returns false if the surface is smooth or concave, or if samples contradict the sheets.
 bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;
 
 }  // namespace typodont::haptics

@@ -14,7 +14,7 @@ using E = GrooveParameters;
 constexpr int kMostFaces = FlatWalls::kMost;
 
 struct Face {
-  dvec3 x{0}, n{0};  // x: point on the face; n: outward normal of the face
+  dvec3 x{0}, n{0};  // voxels: point of the face; unit vector: its outward normal
 };
 
 /// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
@@ -36,8 +36,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// Returns true if the wall `face` of a groove lies in the same plane at a second point. The second point is so far
-/// from the bottom of the groove that the other wall does not influence the field there.
+/// Returns true if the wall `face` is flat: it has the same plane at a second point, farther from the bottom, where the
+/// other wall does not influence the field.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);

@@ -15,9 +15,8 @@ struct FlatWalls {
   double height[kMost];
 };
 
-/// Finds the walls of a concave crease or corner. Interpolation fills the bottom of a crease, so the planes of the
-/// walls are measured beyond the filled part. `at`: value and gradient of the field at the point `c`. Returns false if
-/// the walls are not found, or if another surface is nearer to `c` than the walls are.
+/// Finds the walls of a concave crease or corner, beyond its bottom that interpolation fills. `at`: value and gradient
+/// at the point `c`. Returns false if there are none, or if another surface is nearer.
 bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 
 }  // namespace typodont::haptics

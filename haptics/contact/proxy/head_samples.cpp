@@ -23,7 +23,7 @@ struct FlatHead {
   const FlatPiece* pieces;
   int count;
   float cx, cy, cz;  // coordinates of the head's centre
-  float R[9];        // rotation matrix from the frame T of the head to the frame V of the voxels, column by column
+  float R[9];        // rotation matrix from the tool's frame T to the voxel frame V, column by column
   float radius;      // radius of a ball; 0 for any other head
   float thickness;   // voxels, half the head's width
 };
@@ -79,9 +79,8 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
     const F8 f2 = fx * fx + fz * fz;
     const I8 nearer = f2 < best2;
     best2 = nearer ? f2 : best2;
-    // If the nearest point is an end of a piece of the meridian, the gradient has the direction of the line through
-    // this end and the given point. Very close to the end, this direction is inaccurate, so the normal of the piece is
-    // used instead.
+    // If the nearest point is an end of a piece, the gradient points from this end to the given point. Very close to
+    // the end this is inaccurate, so the piece's normal is used.
     const I8 smooth = between | (f2 < 1e-8f);
     n_rho = nearer ? (smooth ? nx : fx) : n_rho;
     n_z = nearer ? (smooth ? nz : fz) : n_z;
@@ -100,10 +99,10 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
 
 /// The distance field around the head. Its coordinates are relative to the same voxel as those of FlatHead.
 struct FlatField {
-  const float* samples;  // address that the sample (0,0,0) would have; this sample may lie outside the stored field
+  const float* samples;  // address of sample (0,0,0), which may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
-  bool whole;          // samples of the head may lie outside, in air
+  bool whole;          // head samples may lie outside the patch, in air
 };
 
 TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
@@ -156,21 +155,20 @@ struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                           // index of the first sample of the batch
   F8 qx[kBatches], qy[kBatches], qz[kBatches];  // voxels, positions of the samples on the head
-  // voxels, present positions of the points, which are moved from the samples to the tissue's surface
+  // voxels, current positions of the points, which move from the samples to the tissue's surface
   F8 x[kBatches], y[kBatches], z[kBatches];
-  // value (voxels) and gradient of the distance field at the present positions
+  // value (voxels) and gradient of the distance field at the current positions
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];
   F8 nx[kBatches], ny[kBatches], nz[kBatches];  // unit vectors in the direction of the gradients
-  // steep: true if the gradient is long enough for a step along it; again: true if the point has not yet reached the
-  // tissue's surface, so it must be moved further
+  // steep: the gradient is long enough for a step along it; again: the point is not on the surface yet, so it moves
+  // further
   I8 steep[kBatches], again[kBatches];
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Searches contacts: moves each sample of the head that is near tissue to the point where head and surface are
-/// closest. All batches complete one step before the next step starts, because loads, square roots and divisions have a
-/// long latency.
+/// Searches contacts: moves each sample of the head near tissue to the point where head and surface are closest. All
+/// batches make one step before the next, because loads, roots and divisions have a long latency.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -223,10 +221,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // Each sample of the head represents an area. Its weight is one at the tissue's surface and decreases linearly to
-    // zero at a distance of one voxel. So the sum of the areas changes smoothly when the head moves. The sum of the
-    // normals uses another weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel.
-    // With this weight, areas that would touch only if the head sank deeper do not contribute.
+    // The weight of a sample's area decreases linearly from one at the surface to zero one voxel away. The sum of
+    // normals uses 2 a − b (a over half a voxel, b over one), so areas that would touch only deeper do not contribute.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;
@@ -248,8 +244,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // A point counts as on the surface after this step only if it was nearly on the surface before the step. The reason
-    // is that a long step across a ridge may end anywhere.
+    // Only a point that was nearly on the surface before this step counts as on it: a long step across a ridge may end
+    // anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
@@ -321,8 +317,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   found->deepest = deepest;
 }
 
-/// Updates the normals and gaps of the contacts of the last search. `d`: displacement of the head since the search,
-/// voxels.
+/// Updates the normals and gaps of the contacts of the last search. `d`: displacement of the head since then, voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
@@ -346,9 +341,8 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Moves surface points that are inside the head to the head's surface, so that their gap becomes 0. `d`: position of
-/// the head's centre, relative to the origin of the points. `head_at`: the head at its present pose; null: the head has
-/// not moved since the search, so the stored gaps are used.
+/// Moves surface points inside the head to its surface, so that their gap becomes 0. `d`: head's centre relative to the
+/// origin of the points. `head_at`: head at its current pose; null: it has not moved.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
@@ -475,7 +469,7 @@ Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, floa
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
-  // A head beyond a whole patch touches nothing, and its indices could overflow.
+  // A head outside a whole patch touches nothing, and its indices could overflow.
   const int edge = 2 * (static_cast<int>(reach) + 8);
   if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
     return found;

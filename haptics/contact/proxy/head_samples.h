@@ -13,7 +13,7 @@ namespace typodont::haptics {
 struct FlatPiece {
   float ax, az, bx, bz, dx, dz, inverse2;
   float cx, cz, radius;
-  float ux, uz, wx, wz;  // vectors from the centre of an arc to its two ends
+  float ux, uz, wx, wz;  // vectors from an arc's centre to its two ends
   float nx, nz;          // outward normal of the piece if it is a line
 };
 
@@ -34,7 +34,7 @@ struct HeadSamples {
   /// position where head and tissue are closest. This point becomes a contact if the gap is below `near` (voxels).
   Found look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept;
 
-  /// Updates the normals and gaps of the contacts of the last search. `R`: present rotation of the head; `moved`:
+  /// Updates the normals and gaps of the contacts of the last search. `R`: current rotation of the head; `moved`:
   /// displacement of the head since the search, voxels. Returns the largest overlap in voxels.
   float update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
 

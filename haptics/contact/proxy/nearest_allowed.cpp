@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// Returns the index of the contact plane whose normal is most similar to `n`. If several normals are equally similar,
-/// returns the first of them.
+/// Index of the plane whose normal is most similar to `n`; the first of several equal ones.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
@@ -35,9 +34,8 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the most violated plane, or -1 if no plane is violated. `d` is the displacement of the head. A
-/// plane is violated if n·d + room < -slip, where `room` is the distance that the head may move against n, and `slip`
-/// is a tolerance. If several planes are equally violated, returns the first of them.
+/// Returns the index of the most violated plane (the first of several equal ones), or -1 if none is violated: n·d +
+/// room ≥ -slip. `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                   float slip) {

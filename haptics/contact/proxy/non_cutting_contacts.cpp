@@ -21,8 +21,7 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // Half the edge of the coarse patch (field around the shank), in samples. The constant 6 is the space for the
-  // interpolation stencil and for the distance by which samples are moved.
+  // Half the edge of the coarse patch in samples. 6: space for the interpolation stencil and for moved samples.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -49,13 +48,13 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   if (!shank_ || patch.coarse_levels.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // Upper bound of the angle by which the tool rotated since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|),
-    // where q and q' are its two orientations.
+    // Upper bound of the rotation since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|) for the orientations q and
+    // q'.
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
-  // Sphere tracing along the shank's axis: each step is as long as the distance to the tissue that the field states.
+  // Sphere tracing along the shank's axis: each step is as long as the tissue's distance in the field allows.
   const SurfacePatch& wide = patch.coarse_levels.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
@@ -69,14 +68,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // Upper bound of the error of linear interpolation. If all samples around the point have the largest stored
-    // distance (the band), the tissue is at least this far away. The error is then at most the height of an arc with
-    // the radius `band` above the chord between two neighbouring samples.
+    // Upper bound of the error of linear interpolation. If all samples have the largest stored distance (the band), it
+    // is the height of an arc with the radius `band` above the chord between two samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s beyond p on the shank's axis, the shank's distance from tissue is at least clear - s (1 +
-    // slope), where `slope` is the growth of the shank's radius per length. This bound becomes far too small for long
-    // steps, so a step is only about a third of the distance at which the bound becomes zero.
+    // At the distance s along the axis, the shank is at least clear - s (1 + slope) from tissue. The bound is poor for
+    // long steps, so a step is a third of its zero.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -96,8 +93,7 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Takes the contact with the smallest gap first. Takes a further contact only if it has another direction or is at
-  // another place of the part.
+  // Takes contacts in order of their gaps. Each further contact must have another direction or be at another place.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -121,10 +117,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
   }
 }
 
-/// Returns the allowed overlap (voxels) between the tissue at x and a part of the tool with this `radius`. The wider
-/// the part, the smaller is the allowed overlap. A part whose allowed overlap is at least `every_` (the spacing of the
-/// coarse samples) has no contact. Reason: the coarse field cannot separate a thin neck from the wall of the hole that
-/// the head has cut. So near cuts, a part that is hardly wider than the head gets no contact.
+/// Returns the allowed overlap (voxels) between tissue at x and a part with this `radius`. Near cuts, the coarse field
+/// cannot separate a thin neck from the wall, so parts hardly wider than the head get no contact.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
@@ -137,9 +131,8 @@ double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatc
   return tolerated_overlap(part.radius_at(u), patch, plane.x);
 }
 
-/// Adds a contact that is computed from points on the axis of the part. Near an edge of the tissue, the samples on the
-/// shank's surface are too far apart to locate the surface. On the axis the field is smooth, so it gives the nearest
-/// point accurately.
+/// Adds a contact that is computed from points on the part's axis, where the field is smooth. Near an edge of the
+/// tissue, the samples on the shank's surface are too far apart.
 void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X,
                                           double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);

@@ -1,7 +1,5 @@
-// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch (field
-// around the shank). At uncut tissue they are exact. At cut tissue, the shank has contacts only where it is clearly
-// wider than the head, because the coarse patch cannot resolve small differences. The contacts of the safe end (a pin
-// at the tip) are computed in the same patch as those of the head.
+// Contacts of the parts of a tool that never cut. The shank uses the coarse patch; at cut tissue it has contact only
+// where it is clearly wider than the head. The safe end (pin at the tip) uses the head's patch.
 #pragma once
 
 #include <algorithm>
@@ -13,23 +11,21 @@
 
 namespace typodont::haptics {
 
-/// Size of the coarse patch. The coarse patch contains one of every `every` samples along each axis, and has `edge`
-/// samples along each axis. If both values are 0, there is no coarse patch.
+/// Size of the coarse patch: every `every`-th sample along each axis, `edge` samples per axis. 0: no coarse patch.
 struct CoarseGrid {
   int every = 0, edge = 0;
 };
 CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// The non-cutting parts of one tool. Far from tissue, a search for contacts of the shank needs only one comparison,
-/// because the free distance is known from an earlier search. All lengths in voxels. Never allocates after
-/// construction.
+/// The non-cutting parts of one tool. Far from tissue, the stored free distance of an earlier search replaces a new
+/// search. Lengths in voxels. Never allocates after construction.
 class NonCuttingContacts {
  public:
   NonCuttingContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
-  /// Returns the distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid
-  /// only if it is positive.
+  /// Distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid only if it
+  /// is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
   /// Finds the contacts of the shank and the safe end (pin at the tip) whose gaps are below `near` (voxels), and adds
   /// them to `set`, which contains the head's contacts. Shank and safe end may not sink into the tissue.
@@ -42,18 +38,18 @@ class NonCuttingContacts {
  private:
   struct Part {
     Part(const NonCuttingPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // contact finder of this part; its lengths are in voxels of the patch that it searches
+    ContactFinder finder;  // lengths in voxels of the patch that this part searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
-    }  // returns the radius of the part at the distance `u` along the axis from its lower end
+    }  // radius of the part at the distance `u` along the axis from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // contact plane, in voxels of the patch of this part (shank or safe end)
+    ContactPlane plane;  // in voxels of the patch that this part searches
     bool shank;
-    double let;  // allowed overlap of tissue and part (shank or safe end), in voxels of the patch of this part
+    double let;  // allowed overlap of tissue and part, in voxels of the patch that this part searches
   };
-  static constexpr int kMost = 5, kRoom = 8;  // kMost: largest number of contacts of one part; kRoom: of all parts
+  static constexpr int kMost = 5, kRoom = 8;  // largest numbers of contacts: one part, and all parts
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
   double tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;

@@ -9,10 +9,9 @@
 
 namespace typodont::haptics::vertex {
 
-inline constexpr int kMostParts = 64;  // upper limit of the number of parts into which an edge of a face is divided
+inline constexpr int kMostParts = 64;  // largest number of parts of a face's edge
 
-/// Returns the number of equal parts into which edges up to the length `longest` are divided, so that no part is longer
-/// than `spacing`.
+/// Number of equal parts for edges up to the length `longest`, so that no part is longer than `spacing`.
 inline int parts_of(double longest, double spacing) noexcept {
   return std::clamp(static_cast<int>(std::ceil(longest / spacing * (1 - 1e-9))), 1, kMostParts);
 }

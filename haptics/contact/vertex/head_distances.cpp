@@ -14,13 +14,14 @@ namespace {
 
 constexpr std::size_t kBatch = HeadDistances::kBatch;
 
-/// In eights. Input: points from the head's centre. Results: signed distances and gradients.
+/// Columns of points, processed eight at a time. Input: vectors from the head's centre. Results: signed distances and
+/// gradients.
 struct Lanes {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
 };
 
-/// To a ball; as VertexHead::distance(p, n).
+/// Computes distances from a ball, as VertexHead::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -36,7 +37,7 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   }
 }
 
-/// To a meridian; as HeadField::distance(p, n). `R`: T to W, by column.
+/// Computes distances from a meridian, as HeadField::distance(p, n). `R`: rotation from T to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -96,16 +97,16 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
   }
 }
 
-/// At one pose, read in eights.
+/// Distances at one pose, from which find() extrapolates; read eight at a time.
 struct KnownDistances {
-  const float *x, *y, *z;  // m, T
+  const float *x, *y, *z;  // m, positions in frame T
   const float* distance;
-  const float *n_x, *n_y, *n_z;  // T
+  const float *n_x, *n_y, *n_z;  // gradients in frame T
   std::size_t count;
 };
 
-/// After a motion that moves p by change·p + shift in T: distances (m) and indices of points within `far` (m) of the
-/// head less the part of `motion` along their gradient (not below 0). Returns how many. `change`: by column.
+/// Extrapolates after a motion that moves p by change·p + shift in frame T. Stores distances (m) and indices of points
+/// at most `far` (m) from the head, plus the part of `motion` along their gradient. Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -127,12 +128,12 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // Without unused lanes.
+  // Removes unused lanes.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }
 
-/// At indices `at`, T to W. `R`: by column.
+/// Rotates the gradients of the points with the indices `at` from T to W. `R`: column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void rotate_gradients(const KnownDistances& known, const double* R, std::size_t count, const std::uint32_t* at,
                       const Lanes& columns) {
@@ -164,7 +165,7 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // Not a ball: distances change at most by the motion since listing, so farther points are skipped.
+  // For a head that is not a ball: distances change at most by the motion since listing, so farther points are skipped.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));
@@ -179,7 +180,7 @@ void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& 
   extrapolate(X_WG, 0, motion_W);
 }
 
-/// What find() extrapolates from; nothing for the same list near X_WG.
+/// Computes the distances from which find() extrapolates, unless those for this list near X_WG are still valid.
 void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   if (known_list_ == points.number() && known_ == points.size() &&
       displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
@@ -188,7 +189,7 @@ void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points,
   compute_all(head, points, X_WG);
 }
 
-/// Of all listed points, head at X_WG.
+/// Computes and stores the distances of all listed points from a head at X_WG.
 void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   clear();
@@ -204,7 +205,7 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   computed_ += size_;
 }
 
-/// To X_WG; points within `far` (m) after `motion_W` (m).
+/// Extrapolates to X_WG. Keeps points within `far` (m) of the head after `motion_W` (m).
 void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));
@@ -213,7 +214,7 @@ void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motio
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
   size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
                            distance_.data());
-  // read by the last batch of eight
+  // The last batch of eight also reads these indices.
   for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
@@ -236,7 +237,7 @@ void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points
 
 void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept {
   const std::size_t count = size_;
-  // Read by the last eight, so valid numbers.
+  // The last batch of eight also reads these elements, so they need valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Lanes columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

@@ -8,7 +8,7 @@ using P = FollowParameters;
 
 bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                             bool give, double most) noexcept {
-  constexpr double kUnbounded = 1e300;  // m, of unused elements; never limits a step
+  constexpr double kUnbounded = 1e300;  // m, gap of unused elements; it never limits a step
   const double radius = head.radius();
   const dvec3 rest = X_WT.p - at;
   const double left = glm::length(rest);

@@ -23,21 +23,24 @@ using P = CutParameters;
 
 namespace {
 
-// m, rounding of bounding balls (floats)
+// m, rounding error of bounding balls (floats)
 constexpr double kRounding = 1e-6;
-// Rounds of moving vertices back; then all go back to before the step.
+// Largest number of rounds that move vertices back. After these, all vertices return to their positions before the
+// step.
 constexpr int kMostRounds = 8;
-// Cosine of outer normal and way from the core to a corner, below which a face faces the core.
+// A face faces the core (part of the axis) if the cosine between its outer normal and the vector from the core to each
+// corner is below this.
 constexpr double kFacesCore = -0.05;
 
-// Rounding of a unit vector's product with a, in |a.x| + |a.y| + |a.z|. Below minus this, the exact product is
-// negative.
+// Rounding error of the product of a unit vector with a, relative to |a.x| + |a.y| + |a.z|. Below minus this error, the
+// exact product is negative.
 constexpr double kClearlyInward = 1e-12;
-// Quick tests of squares decide only beyond kLarger, because of rounding, and above kTiny2 (m⁴), because of denormals.
+// Quick tests of squared lengths decide only above the factor kLarger (rounding) and above kTiny2, m⁴ (denormal
+// numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
-// m; lower triangles have uncertain normals
+// m; triangles with a smaller height have uncertain normals
 constexpr double kFlat = 1e-7;
-// For lengths: decides only if one is below kShorter × the other.
+// A quick test of lengths decides only if one is shorter than kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -50,7 +53,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Height over the longest edge / this edge; 0 without area.
+/// Smallest height / longest edge; 0: no area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -58,19 +61,20 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// Overlapping balls, from which the table crowd_ excludes faces first; usually at most about 60.
+// Number of overlapping balls above which crowd_ excludes faces first. Usually there are at most about 60.
 constexpr std::size_t kCrowd = 100;
-// Of crowd_.
+// Largest number of faces in crowd_.
 constexpr std::size_t kMostInCrowd = 1 << 15;
 
-// In list_overlapping(): the ball is on one side of the face's plane, so its face cannot intersect.
+// Flag in the result of list_overlapping(): the ball is on one side of the face's plane, so its face cannot intersect.
 constexpr std::uint32_t kBeside = 0x80000000;
 
-/// Overlaps with the ball p, r of a face: indices, some with kBeside, into `at`. `n`: normal at p; zero: not exact.
+/// Lists the balls that overlap the ball (p, r) of a face, some with the flag kBeside. `n`: normal of the face; zero:
+/// uncertain.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, const float* n, std::uint32_t* at) {
-  constexpr float kClear = 1e-7f;  // m, above rounding of a ball's distance
+  constexpr float kClear = 1e-7f;  // m, larger than the rounding error of a ball's distance
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; k += kBatch) {
     F8 px, py, pz, far;
@@ -88,22 +92,23 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Without unused lanes.
+  // Removes unused lanes.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
 
-/// Seen against n, from which both are counter-clockwise. `i`, `j`: common vertex in a, b.
+/// Returns true if the angles of two faces at a common vertex overlap, seen against n. `i`, `j`: index of the vertex in
+/// a and b.
 bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j, const dvec3& n) noexcept {
   const dvec3& p = a.p[i];
   const dvec3 a1 = a.p[(i + 1) % 3] - p, a2 = a.p[(i + 2) % 3] - p, b1 = b.p[(j + 1) % 3] - p,
               b2 = b.p[(j + 2) % 3] - p, n_a1 = glm::cross(n, a1), n_a2 = glm::cross(n, a2);
-  // Side of an edge of `a` on which one of `b` lies.
+  // Signs tell on which side of an edge of `a` an edge of `b` lies.
   const double s11 = glm::dot(n_a1, b1), s12 = glm::dot(n_a1, b2), s21 = glm::dot(n_a2, b1), s22 = glm::dot(n_a2, b2);
   return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
 }
 
-/// Faces near a head, above which edges are not split.
+/// Number of near faces above which edges are not split.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -137,7 +142,7 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
   return {&head, X, R, glm::transpose(R)};
 }
 
-/// Within `margin` (m).
+/// Begins to search the faces within `margin` (m) of `head`.
 void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   head_ = head;
   margin_ = margin;
@@ -146,7 +151,7 @@ void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   near_.clear();
 }
 
-/// If its ball may be within margin_.
+/// Adds a face to near_ if its bounding ball may be within margin_ of the head.
 void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   const float far = static_cast<float>(margin_) + mesh.ball_radius(f);
   if (head_.head->may_be_within(mesh.ball_center(f) - glm::vec3(head_.X_W.p), glm::vec3(head_.R_WT[2]), far)) {
@@ -154,17 +159,17 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   }
 }
 
-/// `known` holds all faces within margin_ now.
+/// Returns true if `known` contains all faces that are now within margin_ of the head.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // Approach of a near face's ball / way of the head's points; above 1, because a ball may be farther out in a
-  // rotation.
+  // Approach of a face's ball / motion of the head's points; above 1, because a ball may be farther out than the head
+  // when it rotates.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
   return margin_ + kMotion * moved + kRounding <= known.within;
 }
 
-/// From `known` or the mesh, within the effort. True: all.
+/// Collects near faces from `known` or the mesh, while effort is left. Returns true if complete.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   if (takes_known_ && known.number != known_) {  // the list of known faces was replaced
     begin_search(head_, margin_);
@@ -184,9 +189,10 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
   return complete;
 }
 
-/// By index, or the order would depend on the grid. Radix: comparing takes a third of a cut.
+/// Sorts by index, because the order must not depend on the grid. A radix sort: sorting by comparison would take a
+/// third of a cut.
 void MeshCutter::sort_near() noexcept {
-  constexpr int kDigit = 9;  // bits per pass
+  constexpr int kDigit = 9;  // bits per pass of the sort
   constexpr Index kMask = (1u << kDigit) - 1;
   sorted_.resize(near_.size());
   const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
@@ -199,7 +205,7 @@ void MeshCutter::sort_near() noexcept {
   }
 }
 
-/// Without changing the shape. False: effort used up.
+/// Splits long edges near the head, without changing the shape. Returns false if the effort is used up.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   const std::size_t most = std::min(near_.capacity(), most_faces(*head.head, edge));
@@ -207,7 +213,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     if (left_ <= 0) return false;
     left_ -= kCutCosts.refine;
     const Index f = near_[at_];
-    // No edge exceeds the ball's diameter.
+    // No edge is longer than the bounding ball's diameter.
     if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * edge * kShorter) {
       ++at_;
       continue;
@@ -218,7 +224,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > greatest2) greatest2 = e2, longest = i;
     }
-    // Not at open borders, nor ending there.
+    // Does not split edges that touch an open border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -239,27 +245,27 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return true;  // buffers full: no more splits
+    if (m == kNone) return true;  // the buffers are full, so no more edges are split
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be there twice, also as a split edge's neighbour.
+  // A face may be in near_ twice, also as the neighbour of a split edge.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
   return true;
 }
 
-/// By `depth` along `n`, out of the head and into the solid; without the part that would leave the solid through a face
-/// around. False: no way in.
+/// Moves a vertex by `depth` along `n`, out of the head and into the solid, but not out of the solid through a
+/// neighbouring face. Returns false if there is no such direction.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
   dvec3 areas[kMostFaces], normals[kMostFaces], sum(0);
   int count = 0;
-  bool inward = true;  // certainly inwards at every face around
+  bool inward = true;  // true: `n` points certainly inwards at all faces
   mesh.around(v, [&](Index f, int) {
     const dvec3 area = normal2(mesh, f);
     if (!(glm::dot(area, area) > 0) || count == kMostFaces) return;
@@ -303,7 +309,7 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
   return true;
 }
 
-/// Of what find_inside() collected.
+/// Computes the targets of the vertices that find_inside() has collected.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
   left_ -= kCutCosts.distances * static_cast<Effort>(distances_.size());
@@ -324,7 +330,7 @@ void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, doub
   distances_.clear();
 }
 
-/// Vertices inside, with targets.
+/// Finds the vertices inside the head, and their targets.
 bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   if (at_ == 0) {
     moved_.clear();
@@ -333,7 +339,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
-        // With its ball outside, so are its corners.
+        // If the bounding ball is outside the head, so are the corners.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
         if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
@@ -352,7 +358,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   return true;
 }
 
-/// Around moving vertex v: normals before, and tetrahedra with the head's centre.
+/// Stores, for the faces around the moving vertex v, their normals and their tetrahedra with the head's centre.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     if (!see_face(f)) return;
@@ -361,7 +367,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, 
   });
 }
 
-/// To before the step. False: none had moved.
+/// Moves the vertices of a face back to their positions before the step. Returns false if none had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -375,11 +381,11 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// Rotated far without facing the head now (CutParameters::least_turn, faces_head).
+/// Returns true if a face has turned far and does not face the head (CutParameters::least_turn, faces_head).
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // Without roots; the exact one follows.
+  // A quick test without square roots; the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
     return false;
@@ -392,8 +398,8 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
-/// Folded faces go back. A narrow face may turn far when it becomes the cut's wall, so one that faces the head is none.
-/// False: effort used up.
+/// Moves folded faces back. A face that turns far but faces the head is not folded: it becomes a wall of the cut.
+/// Returns false if the effort is used up.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
@@ -410,7 +416,8 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   return true;
 }
 
-/// In slices along the longest side, so overlaps are in few; large faces follow.
+/// Sorts the bounding balls into slices along the longest side, so that overlaps are searched in few slices. Large
+/// faces come last.
 void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
@@ -435,7 +442,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   crowded_ = false;
 }
 
-/// In the balls' order, only if very many overlap.
+/// Fills crowd_ with all near faces, in the balls' order.
 void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   for (std::size_t slot = 0; slot < near_.size(); ++slot) {
     const Index f = near_[ball_at_[slot]];
@@ -445,7 +452,7 @@ void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   crowded_ = true;
 }
 
-/// Around a moved vertex.
+/// Updates crowd_ for the faces around a moved vertex.
 void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     const std::uint32_t slot = slot_of_[f];
@@ -454,7 +461,8 @@ void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   });
 }
 
-/// Corners `a`, normal n, against g. With a common vertex normals mostly agree, which decides quickly.
+/// Returns true if a face with the corners `a` and the normal n intersects g. If they share a vertex, similar normals
+/// usually decide quickly.
 bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, Index g) const noexcept {
   const mesh::Corners b = mesh::corners(mesh, g);
   int shared = 0, of_a = 0, of_b = 0;
@@ -473,7 +481,7 @@ bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, con
   return mesh::cross_each_other(a, b);
 }
 
-/// First in near_, or kNone; at least one of a pair has changed.
+/// First face in near_ that crosses f, or kNone. At least one of the two must have changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const float r = mesh.ball_radius(f);
@@ -489,7 +497,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t count = 0, tested = 0;
     for (std::size_t i = 0; i < found; ++i) {
       const std::size_t slot = from + (overlapping_[i] & ~kBeside);
-      // Tested in this round without a crossing: that included f, unless vertices went back (held_).
+      // The test of this face in this round included f and found no crossing. Not valid if vertices were moved back
+      // (held_).
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       ++tested;
       if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
@@ -515,14 +524,14 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// In all corners (VertexHead::core_low).
+/// Returns true if a face faces the core (VertexHead::core_low) in all its corners.
 bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
   const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
-  // From its nearest point.
+  // Vector from the nearest point of the core.
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
-  // Rough normal and ball: ways to corners and centre differ by the radius.
+  // Quick test with the approximate normal and the ball: vectors to corners and centre differ at most by the radius.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
@@ -536,8 +545,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   return true;
 }
 
-/// If all near faces face the core, each ray enters once and nothing intersects: only the others are listed (thin wall,
-/// undercut, hole).
+/// Adds a face to suspects_ if it does not face the core, as in a thin wall, undercut or hole. If all near faces face
+/// the core, each ray from it enters the solid once, so nothing intersects.
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
@@ -550,7 +559,8 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (distances_.full()) decide_candidates(mesh, head);
 }
 
-/// m. Moved vertices are at the surface, so unmoved faces matter only very near.
+/// Distance from the head within which a face can intersect, m. Moved vertices are on the head's surface, so other
+/// faces matter only very near it.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
   return mesh.ball_radius(f) + (face_seen_[f] == look_ ? edge : kRounding);
 }
@@ -561,7 +571,7 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Into `candidates_`, eight distances at once.
+/// Evaluates the faces in candidates_, eight distances at once.
 void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
   distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
@@ -571,9 +581,9 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
   distances_.clear();
 }
 
-/// If so, both go back.
+/// If the face crosses another, moves both faces' vertices back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
-  if (!held_ && tested_in_[f] == edge_look_) return;  // listed twice, tested already
+  if (!held_ && tested_in_[f] == edge_look_) return;  // The face is listed twice and was tested already.
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -600,7 +610,8 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
   mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
-/// Unless a face turns too far, gets too small, flat or long or intersects, or the volume changes too much. True: done.
+/// Collapses an edge, unless a face turns too far, becomes too small, flat or long, or intersects, or the volume
+/// changes too much. Returns true if done.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double longest, double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -608,8 +619,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // Limits afterwards. Weaker at tiny edges for faces already beyond: otherwise tiny ones in one place would stay for
-  // ever.
+  // Limits for the faces afterwards. At tiny edges, they are weaker for faces that exceed them already; otherwise tiny
+  // edges could never be removed.
   const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
@@ -622,7 +633,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
   };
   bool allowed = true;
-  // m³ × 6, positive: added
+  // m³ × 6, change of the volume; positive: added
   double volume = 0;
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
@@ -655,7 +666,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Nearly coplanar faces; the smaller roundness() must grow. True: done.
+/// Flips an edge between nearly coplanar faces if this increases the smaller roundness(). Returns true if done.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -669,7 +680,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  // m³ × 6, positive: added
+  // m³ × 6, change of the volume; positive: added
   const double volume = volume6(a, d, c, b);
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
@@ -678,7 +689,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
       mesh::BoxedTriangles turned;
       turned.add(mesh::corners(mesh, h));
       if (!mesh::crosses_any(mesh, turned, [&](Index k) { return k != h; })) continue;
-      mesh.flip(f, 1);  // back: f has a, d, c, flipped edge 1
+      mesh.flip(f, 1);  // flips back: face f now has the corners a, d, c and the flipped edge 1
       return false;
     }
   }
@@ -688,7 +699,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   return true;
 }
 
-/// Collapses a short edge, or flips a sliver's longest.
+/// Collapses a sliver's short edge, or flips its longest edge.
 void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   if (!mesh.uses(f)) return;
@@ -701,7 +712,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
   if (length2[shortest] < shortest2) {
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
-    // Keeps the vertex that no cut has moved, if there is one.
+    // Keeps a vertex that no cut has moved, if possible.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
         collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
@@ -714,14 +725,15 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Into a neighbour: outside ones first, nearest first. False: none fits.
+/// Merges vertex v into a neighbour: first those outside the head, and of these the nearest. Returns false if none is
+/// possible.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², to the neighbour
-    Index face;   // with that edge
-    int i;        // of that edge in `face`
+    double far2;  // m², squared distance of the neighbour
+    Index face;   // face with the edge to the neighbour
+    int i;        // index of this edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;
     }
@@ -756,7 +768,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The servo's longest cut (FeelParameters::stride) is exactly one step; rounding could make two.
+  // The longest cut of the servo (FeelParameters::stride) must be exactly one step, in spite of rounding.
   const double steps = way / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
@@ -770,7 +782,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Until done or `left_` is used up.
+/// Continues the stage until done or `left_` is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {
@@ -780,7 +792,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // First step only: each changes the mesh.
+      // Known faces are valid in the first step only, because each step changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       return go_to(Stage::kSearch);
     }
@@ -831,7 +843,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, faces away from the head may cross faces towards it: also tested if they share a vertex.
+      // At a fold, faces away from the head may cross faces towards it, so these are tested too if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {

@@ -1,5 +1,5 @@
-// Moves vertices out of the head (S4 in docs/papers.md, section 3); also refines first, keeps ways inside the solid,
-// and repairs slivers.
+// Moves the vertices of a mesh out of the head (S4 in docs/papers.md, section 3). Beyond the paper, it splits long
+// edges first, keeps vertices inside the solid, and repairs slivers.
 #pragma once
 
 #include <algorithm>
@@ -19,107 +19,108 @@
 
 namespace typodont::haptics::vertex {
 
-/// Mostly in target edge lengths, which depend on the head.
+/// Most lengths in target edges, which depend on the head.
 struct CutParameters {
-  // Longer edges are split (Botsch & Kobbelt 2004).
+  // Longer edges are split first (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shorter edges are collapsed
-  // Head's motion per step: no face turns far.
+  // Head's motion per step; short, so no face turns far.
   static constexpr double step = 0.5;
-  // Vertex's motion per step; one that needs more is of another wall and stays.
+  // Largest motion of a vertex per step. A vertex that needs more belongs to another wall, and stays.
   static constexpr double farthest = 3;
-  // cosine of a face's normals before and after a step
+  // smallest cosine between a face's normals before and after
   static constexpr double least_turn = 0.2;
-  // A face may turn farther if its normal and the head's reversed one have at least this cosine.
+  // A face may turn farther if the cosine between its normal and the head's reversed normal is at least this.
   static constexpr double faces_head = 0.3;
-  // Cosine above which faces at a vertex face alike; tested only if their angles overlap along a normal.
+  // Cosine above which two faces with a common vertex have the same direction. They are tested only if their angles
+  // overlap, seen along a normal.
   static constexpr double same_way = 0.6;
-  // Cosine below which faces at an edge intersect: they lie on each other, and could be pushed through.
+  // Cosine below which two faces at an edge count as intersecting: they lie on each other.
   static constexpr double flat_fold = -(1 - 1e-6);
-  // Height / longest edge, below which it is a sliver.
+  // height / longest edge below which a face is a sliver
   static constexpr double flattest = 0.12;
-  // Edge that may collapse even beside a bad face.
+  // Length of an edge that may collapse even if this leaves a bad face.
   static constexpr double tiny = 0.1;
-  // Face after a collapse, in half the squared target edge.
+  // smallest area of a face after a collapse, in half squared target edges
   static constexpr double least_area = 1e-6;
-  // Edge after a merge; the next cut splits those above `longest`.
+  // Longest edge after a merge; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
-  // Faces near the head, in equilateral ones that cover it; no more splits above. Usually about two; more only at a
-  // membrane's rim, where splits breed splits.
+  // Largest number of faces near the head, as a ratio to equilateral faces that would cover it. With more, no edge is
+  // split. Usually about two; more only at the rim of a membrane.
   static constexpr double most_faces = 4;
-  // m inside, still on the head's surface
+  // m; a vertex up to this depth inside still counts as on the head's surface
   static constexpr double overlap = 1e-10;
-  // For a flip: cosine of new normals and the old mean (by area).
+  // Smallest cosine between the new normals and the old mean normal (weighted by area) for a flip.
   static constexpr double same_plane = 0.9;
-  // For a collapse: cosine before and after; faces towards the head (`faces_head`) may turn farther.
+  // Smallest cosine between normals before and after a collapse. Faces towards the head (`faces_head`) may turn
+  // farther.
   static constexpr double least_turn_in_mending = 0.5;
-  // Volume of a merge, in cubed target edges.
+  // Largest change of volume by a merge, cubed target edges.
   static constexpr double most_given = 0.2;
-  // Volume of a collapse or flip, in cubed target edges.
+  // Largest change of volume by a collapse or flip, in cubed target edges.
   static constexpr double most_volume = 0.02;
 };
 
-/// Before the first cut; null: one tissue.
+/// Tissue labels before the first cut; null: only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
   PerTissue removed{};   // m³, removed volume of each tissue
   bool changed = false;  // true if the mesh has changed
-  bool held = false;     // some had to stay inside: thin wall or open border
+  bool held = false;     // true: vertices stayed inside the head (thin wall, open border)
 };
 
-/// In 10 ns, by numbers of faces and vertices, so a replay has the same.
+/// Computing effort in units of 10 ns, from numbers of faces and vertices, so that a replay has the same values.
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
-/// In Effort's unit, by measurement.
+/// Measured costs of a cut's operations, in units of Effort.
 struct CutCosts {
-  Effort visit = 1, sort = 1;       // per face: visit, sorting
+  Effort visit = 1, sort = 1;       // per face: search, sorting
   Effort refine = 1, split = 40;    // per face near the head; per split edge
   Effort distance = 5;              // per distance between the head and a face
-  Effort find = 2;                  // per face with corners possibly inside
+  Effort find = 2;                  // per face whose corners may be inside the head
   Effort distances = 3, push = 10;  // per vertex: distance from the head; target position
-  Effort collect = 10;              // per moved vertex: faces around
-  Effort unfold = 2, settle = 5;    // per changed face: folding; grid
-  Effort select = 1, ball = 1;      // per near face: selection; ball
+  Effort collect = 10;              // per moved vertex: collecting the faces around it
+  Effort unfold = 2, settle = 5;    // per changed face: test for folding; update of the search grid
+  Effort select = 1, ball = 1;      // per near face: selection for the intersection test; its bounding ball
   Effort select_changed = 1;        // per changed face: selection for the intersection test
-  Effort test = 75, pair = 4;       // per tested face; per pair of faces
-  Effort account = 2, repair = 3;   // per changed face: volume, tissue; short edges and slivers
+  Effort test = 75, pair = 4;       // per face: intersection test; per pair of faces
+  Effort account = 2, repair = 3;   // per changed face: volume and tissue; short edges and slivers
   Effort collapse = 60;             // per attempt to collapse or flip an edge
-  Effort thin_collapse = 500;       // the same with faces away from the head
+  Effort thin_collapse = 500;       // per attempt if there are faces away from the head
 };
 inline constexpr CutCosts kCutCosts;
 
-/// By an earlier search.
+/// Faces near the head that an earlier search has found.
 struct KnownFaces {
-  std::span<const mesh::Index> faces;  // at least all within `within` of the head at X_W
+  std::span<const mesh::Index> faces;  // all faces within `within` of the head, or more
   Pose X_W;
-  double within = 0;         // m; 0: none
-  std::uint64_t number = 0;  // different for every list
+  double within = 0;         // m, see `faces`; 0: the list is not valid
+  std::uint64_t number = 0;  // number of the list, different for every list
 };
 
-/// Allocates in the constructor. Deterministic.
+/// Cuts a mesh. Allocates in the constructor only. Deterministic.
 class MeshCutter {
  public:
   MeshCutter() = default;
   /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// From A, without overlap, to B in straight steps. `edge`: m, target edge length.
+  /// Cuts from pose A, where the head overlaps nothing, to B in straight steps. `edge`: m, target edge length.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// cut() in parts: begin(), work() until true, done(). Meanwhile `head` stays and nothing else changes the mesh.
-  /// work() uses up `left`; between parts faces connect correctly, but vertices may be too far. `known`: saves a
-  /// search. Results do not depend on parts or `known`.
+  /// Makes a cut in parts: begin(), work() until it returns true, done(). Meanwhile nothing else may change the mesh.
+  /// work() uses up `left`. `known`: saves a search. The result does not depend on the parts or on `known`.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   const CutDone& done() const noexcept { return done_; }
-  /// As printed in S4: away from the centre or axis to the surface, without splits or repairs.
+  /// Cuts as printed in S4: moves vertices away from the centre or axis to the surface, without splits or repairs.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
   static constexpr int kSlices = 32;
-  static constexpr std::size_t kMostTogether = 64;  // distances at once
+  static constexpr std::size_t kMostTogether = 64;  // largest number of distances that are computed together
 
   struct Moved {
     mesh::Index v;
@@ -129,13 +130,13 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³ × 6, with the head's centre
-    dvec3 normal;    // twice the area long
+    double volume6;  // m³ × 6, volume of the tetrahedron to the head's centre
+    dvec3 normal;    // normal whose length is twice the face's area
   };
-  /// May intersect, by its distance from the head.
+  /// A face that may intersect another one, with the distance from the head within which this matters.
   struct Candidate {
     mesh::Index f;
-    double within;  // m from the head
+    double within;  // m, distance from the head
   };
   /// A head at a given pose.
   struct Placed {
@@ -156,9 +157,9 @@ class MeshCutter {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
     double edge = 0;          // m, target edge length
-    int steps = 0, step = 0;  // in all, and begun
+    int steps = 0, step = 0;  // number of steps in total, and number of steps begun
   };
-  /// In order, but kSelect after kUnfoldAgain. kDone: the whole cut.
+  /// The stages of a step, in this order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is complete.
   enum class Stage : std::uint8_t {
     kNextStep,
     kSearch,
@@ -179,7 +180,8 @@ class MeshCutter {
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
-  /// fn(i) from at_ to `count` - 1 while effort lasts, `cost` each. True: all.
+  /// Calls fn(i) for i from at_ to `count` - 1 while effort is left; each call costs `cost`. Returns true if all calls
+  /// were made.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -224,7 +226,7 @@ class MeshCutter {
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
-  /// By a centre's coordinate (m).
+  /// Slice of a bounding ball. `x`: coordinate of its centre along the slice axis, m.
   int slice_at(float x) const noexcept {
     return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
   }
@@ -241,55 +243,55 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t look_ = 0;
-  // search (look_) that last visited each
+  // for each vertex and face: number of the search (look_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
-  std::vector<std::uint32_t> place_of_;  // in moved_, per vertex of this step
+  std::vector<std::uint32_t> place_of_;  // for each vertex of this step: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // per vertex: last round (edge_look_) with a face around away from the head
+  // for each vertex: last round (edge_look_) in which a face at it was away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  HeadDistances distances_{kMostTogether};           // for distances at once
-  std::array<Candidate, kMostTogether> candidates_;  // face per point, in the selection
-  // m, of near_, in slices
+  HeadDistances distances_{kMostTogether};           // buffer for distances that are computed together
+  std::array<Candidate, kMostTogether> candidates_;  // faces of the points in distances_ during the selection
+  // Bounding balls of near_, sorted into slices, m.
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
-  std::vector<std::uint32_t> ball_at_;  // in near_
-  int slice_axis_ = 0;                  // of the slices
+  std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
+  int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
-  float widest_ = 0;  // m, in the slices
-  // first ball per slice; then the first large one, and the end
+  float widest_ = 0;  // m, largest radius of the balls in the slices
+  // for each slice: its first ball; then the first large ball, and the end
   std::array<std::uint32_t, kSlices + 2> slice_start_{};
-  // with the ball under test
+  // balls that overlap the ball under test
   std::vector<std::uint32_t> overlapping_;
-  // Corners of near_ in the balls' order, only if very many overlap: at a hole's rim the membrane left between a
-  // sheet's sides gathers tiny faces.
+  // Corners of the faces in near_, in the order of the balls. Filled only if very many balls overlap, as at the rim of
+  // a hole where a thin membrane collects tiny faces.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // filled in this round
-  std::vector<std::uint32_t> slot_of_;  // in crowd_, if there
-  // last round without a crossing
+  bool crowded_ = false;                // true: crowd_ was filled in this round
+  std::vector<std::uint32_t> slot_of_;  // for each face in near_: its index in crowd_
+  // for each face: last round without a crossing
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // some face away from the head (thin wall, undercut)
-  // Of a cut in parts.
+  bool thin_ = false;  // true: some face looks away from the head (thin wall, undercut)
+  // State of a cut that is made in parts.
   Job job_;
-  Placed head_;                            // in this step
+  Placed head_;                            // the head in this step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
-  double margin_ = 0;                      // m from the head
-  bool takes_known_ = false;               // from the list number known_
+  double margin_ = 0;                      // m, distance from the head within which faces are collected
+  bool takes_known_ = false;               // true: near_ is collected from the list number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort left in this work()
-  std::size_t at_ = 0;            // face or vertex where the stage goes on
-  std::size_t looking_away_ = 0;  // faces away from the head, first in suspects_
-  bool held_ = false;             // vertices went back in this round
-  int rounds_ = 0;                // rounds in this step
-  // vertices went back in this round of keep_unfolded()
+  std::size_t at_ = 0;            // index of the face or vertex where the stage continues
+  std::size_t looking_away_ = 0;  // number of faces away from the head, first in suspects_
+  bool held_ = false;             // true: vertices were moved back in this round
+  int rounds_ = 0;                // number of rounds in this step
+  // true: this round of keep_unfolded() moved vertices back
   bool unfold_held_ = false;
-  int unfold_rounds_ = 0;  // rounds of keep_unfolded() in this step
+  int unfold_rounds_ = 0;  // number of rounds of keep_unfolded() in this step
   CutDone done_;
 };
 
-/// m³ × 6, with a point.
+/// Six times the volume of the tetrahedron a, b, c, p, m³.
 inline double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& p) noexcept {
   return glm::dot(a - p, glm::cross(b - p, c - p));
 }

@@ -14,10 +14,10 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels to the nearest face, within which it gives the value
+// voxels; a face within this distance determines the value
 constexpr double kNear = 2.5;
 
-/// `feature`: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, section 5.1.5).
+/// `feature`: nearest part of the triangle: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -48,7 +48,7 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// Of `feature`; outside is where it points (Baerentzen & Aanaes 2005).
+/// Pseudonormal of `feature`; it points outside (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -69,7 +69,7 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  // before, with one more layer
+  // values before all cuts, with one more layer on each side
   std::array<float, kApron * kApron * kApron> before;
   std::array<float, kEdge * kEdge * kEdge> value;
   std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 unknown
@@ -79,7 +79,7 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Near a face (kNear): side, and value if a cut has moved it.
+/// For samples near a face (kNear): computes the side, and the value if a cut has moved the face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -120,7 +120,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Far from faces: the side of a neighbour.
+/// Samples far from faces receive the side of a neighbour.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -143,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Outside the blocks nothing changed: the old sign holds.
+      // Outside the blocks nothing changed: the old sign is valid.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -169,7 +169,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // Inside before, outside now, no face near: a positive limit.
+      // Inside before, outside now, and no face near: the value becomes a positive limit.
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

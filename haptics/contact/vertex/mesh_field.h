@@ -1,12 +1,12 @@
-// The field where cuts changed the mesh. Carver thread.
+// Updates the distance field after cuts. Carver thread only.
 #pragma once
 
 #include "haptics/contact/vertex/vertex_body.h"
 
 namespace typodont::haptics::vertex {
 
-/// In `blocks`: near a face moved by a cut, the distance to it, but not below that before all cuts; otherwise the old
-/// value. Far from all, inside before and outside now: positive.
+/// Computes the field in `blocks`. Near a face that a cut moved: the distance to it, but not less than the value before
+/// all cuts. Elsewhere: the old value, or a positive limit where tissue is now gone.
 std::vector<RasterBlock> field_of(const mesh::EditableMesh& mesh, const FieldBlocks& blocks,
                                   const TissueVolume& untouched, const TissueVolume& now);
 

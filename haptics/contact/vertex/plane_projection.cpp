@@ -9,8 +9,8 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Most violated bound, beyond `tolerance` (m), first of equals; -1: none. `only_no_deeper`: points inside only prevent
-/// more.
+/// Most violated bound beyond `tolerance` (m), the first of equal ones; -1: none. `only_no_deeper`: points inside only
+/// prevent a deeper overlap.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
   constexpr std::size_t kBatch = 8;
@@ -36,14 +36,14 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// As planes for the active-set solver. m.
+/// The bounds as planes for the active-set solver, in m.
 class BoundPlanes {
  public:
   struct Plane {
-    dvec3 n;  // unit push on the head
+    dvec3 n;  // unit vector, push on the head
     double gap;
   };
-  // Linear dependence of normals; very small, because a fine mesh's neighbours nearly agree.
+  // Very small limits of linear dependence, because neighbouring points of a fine mesh have nearly equal normals.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
@@ -56,7 +56,7 @@ class BoundPlanes {
     return glm::dot(plane.n, step) + (only_no_deeper_ ? std::max(plane.gap, 0.0) : plane.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    constexpr double kTolerance = 1e-12;  // m of violation, ignored
+    constexpr double kTolerance = 1e-12;  // m, violation that is ignored
     const int worst = find_worst(bounds_, &step.x, only_no_deeper_, kTolerance);
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }

@@ -1,4 +1,4 @@
-// The head's step to the hand within the points' bounds.
+// Finds the step of the head nearest to the hand within the bounds of the contact points.
 #pragma once
 
 #include <cstddef>
@@ -7,15 +7,16 @@
 
 namespace typodont::haptics::vertex {
 
-/// n·step <= gap, one per point. Eight more elements with huge gaps and finite normals.
+/// Bounds of a step: n·step <= gap for each point. The arrays have eight more elements, with huge gaps and finite
+/// normals.
 struct StepBounds {
-  const double *n_x, *n_y, *n_z;  // head to point
-  const double* gap;              // m; negative: overlap
+  const double *n_x, *n_y, *n_z;  // unit vector from the head to each point
+  const double* gap;              // m, distance of each point from the head; negative: overlap
   std::size_t count;
 };
 
-/// Nearest to `wanted` (Goldfarb & Idnani 1983). If impossible, points inside only prevent more; then 0. `active`:
-/// limiting bounds.
+/// Allowed step nearest to `wanted` (Goldfarb & Idnani 1983). If there is none, points inside only prevent a deeper
+/// overlap; otherwise 0. `active`: the bounds that limit the step.
 dvec3 nearest_step(const StepBounds& bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

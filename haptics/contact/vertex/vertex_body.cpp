@@ -18,7 +18,7 @@ double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
   return CutParameters::longest * finest;
 }
 
-/// Returns the tissue of every voxel of the volume, or null if the volume contains only one tissue.
+/// Tissue of every voxel; null: only one tissue.
 SharedLabels labels_of(const TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -66,8 +66,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // Computes the box of blocks in which the cut may have changed the distance field. The box contains both end poses of
-  // the head, with a margin of one edge length and four voxels.
+  // Box of blocks whose field the cut may have changed: both poses of the head, plus one edge length and four voxels.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -87,9 +86,8 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Adds new brush strokes (tissue that the user painted) to the list of strokes. A brush stroke changes only the
-/// distance field (rasterize()), not the mesh. The list contains brush strokes and cutting strokes in the order in
-/// which they were made, so that undo() reverts the latest one.
+/// Adds new brush strokes of the user to the list of strokes, in the order of time, so that undo() reverts the latest
+/// stroke. A brush stroke changes only the distance field.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -98,7 +96,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  // If the volume no longer contains a brush stroke at the end of the list, removes it from the list.
+  // Removes brush strokes from the end of the list that are no longer in the volume.
   while (known > kept && done_.back().painted) done_.pop_back(), --known;
 }
 
@@ -172,8 +170,7 @@ void VertexBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // The first snapshot that the servo hands back is the empty one with which its model started. It has no buffers for
-  // cutting, so they are allocated here.
+  // The first snapshot that the servo returns is empty and has no buffers for cutting, so they are allocated here.
   fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }
@@ -183,8 +180,8 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Repeats on the mesh of the snapshot, in their original order, the cuts made since remember_writes(true). The mesh of
-/// the snapshot then has the same bits as the carver's mesh.
+/// Repeats the cuts since remember_writes(true) on the mesh of the snapshot, which then has the same bits as the
+/// carver's mesh.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);
@@ -193,7 +190,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  // ends the stroke, so that the changes of the field by cuts do not become a part of a brush stroke
+  // Ends the stroke, so that these changes of the field do not belong to a brush stroke.
   volume_.end_stroke();
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();

@@ -1,4 +1,4 @@
-// "vertex" on the carver thread: mesh, undo, and the field from it.
+// The carver's part of "vertex": mesh, undo, and the distance field that is computed from the mesh.
 #pragma once
 
 #include <deque>
@@ -15,11 +15,11 @@
 
 namespace typodont::haptics::vertex {
 
-/// For the servo, with cutting buffers.
+/// The servo's mesh, with the buffers for cutting it.
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // in VertexModel's samples
+  std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the samples of VertexModel
 };
 
 struct KeyLess {
@@ -27,10 +27,10 @@ struct KeyLess {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
-/// 8³ samples; index along each axis.
+/// Blocks of 8³ samples; a key is the index of a block along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// Carver thread. Cuts change the mesh; rasterize() updates the field.
+/// Carver thread only. Cuts change the mesh, rasterize() the field.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -55,27 +55,27 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// m³ per tissue, of all cuts, undone ones too.
+  /// Removed volume of all cuts, also undone ones, m³.
   const PerTissue& removed() const { return removed_; }
 
  private:
   struct Stroke {
     mesh::MeshRecord record;
-    PerTissue removed{};   // m³ per tissue
-    FieldBlocks blocks;    // possibly changed
-    bool painted = false;  // painting changes the field only
+    PerTissue removed{};   // m³, removed volume of each tissue
+    FieldBlocks blocks;    // blocks of the field that the stroke may have changed
+    bool painted = false;  // true: a stroke of painting, which changes only the field
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
 
   TissueVolume volume_;
-  // in the volume at construction, not in `done_`
+  // number of strokes in the volume at construction; they are not in `done_`
   std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, target edge per head
+  std::vector<double> edges_;  // m, target edge length for each head
   mesh::EditableMesh mesh_;
   SharedLabels labels_;
   MeshCutter cutter_;
@@ -84,12 +84,12 @@ class VertexBody final : public TissueBody {
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
   std::vector<Cut> written_;  // cuts that were made since remember_writes(true) was called
-  // to be updated
+  // blocks of the field that must be updated
   FieldBlocks unseen_;
-  std::optional<mesh::SurfacePieces> pieces_;  // for the renderer, from the first request
+  std::optional<mesh::SurfacePieces> pieces_;  // triangles for the renderer; created at the first request
 };
 
-/// Servo and carver alike, so bits agree.
+/// Cuts the mesh, with equal bits on servo and carver.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

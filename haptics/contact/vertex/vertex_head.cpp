@@ -16,22 +16,22 @@ VertexHead::VertexHead(const Tool& tool)
   if (!ball_) find_flanks(), find_core();
 }
 
-/// Per oblique piece: the line's direction, or the arc's in its middle.
+/// Finds tangents at the inclined pieces of the outline: along a line, or at the middle of an arc.
 void VertexHead::find_flanks() noexcept {
-  constexpr double kInclined = 0.02;  // component of a piece's normal along and across the axis
-  constexpr double kRounding = 1e-7;  // m, above may_be_within()'s rounding
+  constexpr double kInclined = 0.02;  // smallest component of a normal along and across the axis
+  constexpr double kRounding = 1e-7;  // m, larger than the rounding error of may_be_within()
   const std::span pieces = std::span(field_.pieces).first(static_cast<std::size_t>(field_.count));
   for (const HeadField::Piece& piece : pieces) {
     const double chord = std::hypot(piece.dx, piece.dz);
     if (!(chord > 0)) continue;
-    // Of chord a–b, and of an arc's middle.
+    // Normal of the chord a–b; for an arc, this is the normal at its middle.
     const double n_rho = piece.dz / chord, n_z = -piece.dx / chord;
     if (n_rho < kInclined || std::abs(n_z) < kInclined) continue;
-    // Over all pieces.
+    // Extent of the whole outline along the normal (n_rho, n_z).
     double extent = -1;
     for (const HeadField::Piece& other : pieces) {
       extent = std::max({extent, n_rho * other.ax + n_z * other.az, n_rho * other.bx + n_z * other.bz});
-      // An arc may reach beyond its ends.
+      // An arc may extend beyond its end points.
       const bool between = (other.ax - other.cx) * n_z - (other.az - other.cz) * n_rho >= 0 &&
                            n_rho * (other.bz - other.cz) - n_z * (other.bx - other.cx) >= 0;
       if (other.radius > 0 && between) extent = std::max(extent, n_rho * other.cx + n_z * other.cz + other.radius);
@@ -41,11 +41,13 @@ void VertexHead::find_flanks() noexcept {
   }
 }
 
-/// core_low(). A ball that touches the end is inside if its radius is its centre's depth; largest by bisection.
+/// Finds core_low() and core_high(). A ball that touches the end is inside the head if the depth of its centre equals
+/// its radius; bisection finds the largest.
 void VertexHead::find_core() noexcept {
-  constexpr double kTolerance = 1e-9;  // m
+  constexpr double kTolerance = 1e-9;  // m, tolerance of the depth
   const auto end_of_core = [&](double end, double way) {
-    double inside = 0, outside = 2 * half_;  // the first is inside the head
+    double inside = 0, outside = 2 * half_;  // radii: a ball with the first is inside the head, with the second it is
+                                             // not
     for (int i = 0; i < 50; ++i) {
       const double radius = 0.5 * (inside + outside);
       (distance({0, 0, end + way * radius}) <= kTolerance - radius ? inside : outside) = radius;
@@ -56,7 +58,7 @@ void VertexHead::find_core() noexcept {
   core_low_ = std::min(low, 0.5 * (low + high)), core_high_ = std::max(high, 0.5 * (low + high));
 }
 
-/// Newton: the distance is convex along the line, so from outside it converges without overshooting.
+/// Newton iteration: the distance is convex along the line, so from outside it converges without overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
@@ -74,7 +76,7 @@ double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const n
 
 dvec3 VertexHead::as_printed(const dvec3& p) const noexcept {
   const bool round_end = tool_.shape == HeadShape::kRoundEndCylinder;
-  const double low = radius_ - tool_.half();  // m, of a round end's centre
+  const double low = radius_ - tool_.half();  // m, height of a round end's centre
   if (ball_ || (round_end && p.z < low)) {
     const dvec3 c = ball_ ? dvec3(0) : dvec3(0, 0, low);
     const double length = glm::length(p - c);

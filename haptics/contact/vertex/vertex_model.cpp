@@ -19,9 +19,9 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-/// Estimated computing times of the loops that list points, in the unit of Effort. They come from measurements.
+/// Estimated costs of listing points, in the unit of Effort, from measurements.
 struct ListCosts {
-  Effort face = 2;      // per found face, in a search that is not divided
+  Effort face = 2;      // per face found by a search that is not divided
   Effort visit = 1;     // per visited cell or face of the search grid
   Effort vertex = 2;    // per face whose vertices are listed
   Effort distance = 3;  // per distance between the head and a point
@@ -29,22 +29,22 @@ struct ListCosts {
   Effort part = 2;      // per additional point on a large face
 };
 constexpr ListCosts kListCosts;
-// computing effort of the contact with one listed point; its unit is 5 ns, half the unit of all other efforts
+// Effort of the contact per listed point, in units of 5 ns, half the unit of other efforts.
 constexpr Effort kContactEffort = 3;
-// computing effort of one distance that cannot be extrapolated, but must be computed, in units of 10 ns
+// Effort of a distance that must be computed, not extrapolated, in units of 10 ns.
 constexpr Effort kFreshEffort = 2;
-// clearance() searches in rounds; ratio of the search distance in one round to that in the round before
+// clearance() searches in rounds: search distance of a round / that of the round before
 constexpr double kNextShell = 4;
 
-/// Returns the normal of the face; its length is twice the face's area.
+/// Normal whose length is twice the face's area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the number of parts into which each edge of a face is divided. It is large enough that no part is longer
-/// than CutParameters::longest, the length above which a cut would split an edge.
+/// Number of parts of each edge of a face, so that no part is longer than CutParameters::longest, above which a cut
+/// would split an edge.
 int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // A quick test: if the bounding ball of the face is small, the face needs no division.
+  // Quick test: a small bounding ball needs no division.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -80,8 +80,7 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The new mesh lacks the cuts that the servo has made since the carver copied it, so these cuts are repeated on the
-  // new mesh. If the carver has undone a stroke, a repeated cut may remove another volume than before.
+  // Repeats the servo's later cuts, which the new mesh lacks. After undo, a repeated cut may remove another volume.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -95,11 +94,11 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   found_ = touching_ = ahead_ = false;
-  part_.open = false;  // an unfinished cut is discarded: it existed only in the old mesh
+  part_.open = false;  // discards an unfinished cut, made in the old mesh only
 }
 
-/// Lists all vertices within `margin` (m) of a head in one call. If a face is so large that a cut would split
-/// its edges, additional points on this face are also listed (parts_of_face()).
+/// Lists all points within `margin` (m) of a head in one call: vertices, and additional points on large faces
+/// (parts_of_face()).
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   part_.lists = false;
   ahead_ = near_changed_ = false;
@@ -118,8 +117,8 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
   listing_ = {Listing::Stage::kFaces, &head, edge, X, R_WT, margin, {X.p - half, X.p + half}, false, 0, 0};
 }
 
-/// Continues to list points until the list is complete or `left` is not positive. Subtracts its computing effort from
-/// `left`. Returns true if the list is complete. The division into several calls does not change the list.
+/// Continues the list until it is complete or `left` is used up; subtracts its effort from `left`. Returns true if
+/// complete. The result does not depend on the number of calls.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
@@ -168,8 +167,7 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   return now.stage == Listing::Stage::kDone;
 }
 
-/// Continues to search the faces near the head until the search is complete or `left` is not positive. Returns true if
-/// it is complete.
+/// Continues the search for near faces until it is complete or `left` is used up. Returns true if complete.
 bool VertexModel::list_near_faces(Effort& left) noexcept {
   const Listing& now = listing_;
   const EditableMesh& mesh = snapshot_.mesh;
@@ -182,7 +180,7 @@ bool VertexModel::list_near_faces(Effort& left) noexcept {
   });
 }
 
-/// Adds a point to the list if it is within the margin.
+/// Adds a point if it is within the margin.
 void VertexModel::propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept {
   const Listing& now = listing_;
   const VertexHead& head = *now.head;
@@ -211,14 +209,13 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // the vertex is listed only once, with the face stored in it
+    if (mesh.vertex(v).face != f) continue;  // listed once, with the face stored in the vertex
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
 
-/// Distributes the area of a face over the listed points on this face. If the face is so large that a cut would split
-/// its edges, the face is divided into smaller triangles (parts_of_face()). Their corners are listed as additional
-/// points, so that neighbouring points are close enough together.
+/// Distributes the area of a face over its points. A face whose edges a cut would split is divided into smaller
+/// triangles (parts_of_face()), whose corners become additional points.
 void VertexModel::list_area(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   std::vector<Sample>& samples = list.samples;
@@ -253,7 +250,7 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) co
   return free;
 }
 
-/// Returns the largest displacement of any point of the head since the points were listed, m.
+/// Largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
   return displacement_bound(list_.points.listed_at(), X, head().is_ball() ? 0 : head().reach());
 }
@@ -268,9 +265,8 @@ double VertexModel::short_list_length() const noexcept {
   return std::min(soon, complete_list_length());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid. While the head cuts (`cuts`), only the
-/// points very near to it are listed (short list). A short list is enough, because each cut changes the mesh, and the
-/// points are then listed again. If the short list is empty, a complete list is made.
+/// Lists the points near the head at X, unless the list is still valid. While cutting, a short list is enough, because
+/// each cut needs a new list; if it is empty, a complete list is made.
 void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -280,23 +276,21 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   found_ = true;
 }
 
-/// Completes a short list (only points very near the head) if it lacks points within the distance `far` (m) of the head
-/// at X. The complete list is made for the same pose of the head as the short list, so the contact is the same with
-/// either list.
+/// Completes a short list that lacks points within `far` (m) of the head at X. It keeps the pose of the short list, so
+/// the contact remains the same.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;
   gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
-/// Returns how far the head at X may still move with the present list, m. This is the distance from the head within
-/// which the list contains all points, minus the length of the virtual motion (P::probe) for which the springs are
-/// computed.
+/// Motion for which the list is still valid, m: the distance within which it contains all points, minus the length of
+/// the virtual motion (P::probe).
 double VertexModel::room_in_list(const Pose& X) const noexcept {
   return list_.within - moved_since_listing(X) - P::probe * head().radius();
 }
 
-/// Lists the points around the moving head in parts, before the present list becomes invalid. Called if no cut is in
+/// Makes the next list of a moving head in parts, before the current list becomes invalid. Called while no cut is in
 /// progress.
 void VertexModel::list_ahead(const ContactInput& in, const Pose& proxy) noexcept {
   if (!found_ || list_.points.empty()) return;
@@ -327,7 +321,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
-    // Examines the points nearest to the head first, then those within larger and larger distances.
+    // Examines the nearest points first, then those within larger and larger distances.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
         room = std::min(room, head().distance(R_TW * (list_.points[i] - X_WG.p)));
@@ -336,8 +330,8 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (room <= within || within >= listed) return room;
     }
   }
-  // The list contains no point near the head. The clearance may be larger than the distance within which points are
-  // listed, so it is computed from the bounding balls of the faces.
+  // No listed point is near. The clearance may exceed the distance of listing, so it is computed from the faces'
+  // bounding balls.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -357,12 +351,9 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The
-/// virtual motion starts at X and moves the head by the probe length (P::probe) along the unit vector `pull`. For a
-/// ball, the depth of each vertex is computed in the head's pose after the virtual motion. For any other head, the
-/// depth is extrapolated linearly from the distance and the normal at X. With the depth at
-/// the end of the motion, a part of the head that is thinner than the probe length (the tip of a cone) could pass a
-/// vertex completely, and would then push it to the wrong side.
+/// Computes the springs of the vertices that a virtual motion by P::probe along `pull` would push (S4, section 4.2).
+/// Except for a ball, depths are extrapolated from X; otherwise thin parts could pass a vertex and push it to the wrong
+/// side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -377,12 +368,12 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double distance = distances_.distance(i);
     const dvec3 n = distances_.normal_W(i);
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
-    // m, signed distance of the vertex from the head after the virtual motion; negative inside the head
+    // m, signed distance after the virtual motion; negative: inside
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const Sample& sample = list_.samples[distances_.point(i)];
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    // m³, area × signed distance; negative, because the vertex is inside the head
+    // m³, area × signed distance; negative: inside
     const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
@@ -398,10 +389,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the rate of change of a bur's force, and returns the limited force. Without the limit, the force would jump
-/// in two cases: the bur loses contact while the proxy is far from the hand, or the bur moves on after the mesh could
-/// not be cut. In contact, the force may change in one tick by stiffness × the hand's motion, plus P::ease × the tick's
-/// duration. Without contact, it may change only by P::ease × the tick's duration.
+/// Limits the rate of a bur's force, which would jump if the bur loses contact far from the hand. Allowed change per
+/// tick: P::ease × dt, in contact plus stiffness × the hand's motion.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -413,9 +402,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Writes the result to `out`: the force and torque of the springs (`force`, `torque`), changed by a damper (paper S4,
-/// equations 4.1, 4.4 and 4.5). The damper acts along the force and never reverses it, so the tissue never pulls the
-/// hand.
+/// Writes the force and torque of the springs to `out`, with a damper along the force that never reverses it (S4, eq.
+/// 4.1, 4.4 and 4.5).
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -446,14 +434,12 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // The slack is the depth by which a head may overlap the mesh. With zero slack, a bur could neither leave nor
-  // re-enter the hole that it has cut, which has exactly its width. A ball that does not cut needs no slack. If a bur
-  // overlaps the mesh because the cut could not move some vertices, these vertices do not push the bur out, but only
-  // prevent a deeper overlap (in.cuts below).
+  // Without slack, a bur could not leave or re-enter its own hole. A ball that does not cut needs none. Vertices that a
+  // cut could not move only prevent a deeper overlap (in.cuts below).
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double slack = exact ? 0 : P::slack * head().radius();
-  // While a cut is in progress or the next list is being made, a cutting head moves only as far as the present list is
-  // valid. If it moved farther, a complete list would have to be made in this tick, which takes too long.
+  // During a cut or while a list is made, a cutting head moves only as far as the current list is valid, because a
+  // complete list would take too long.
   const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
@@ -464,7 +450,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
       complete_list(X, far);
     } else if (const double room = room_in_list(X); room >= P::least_room * head().radius()) {
       return std::clamp(room, 0.0, far);
-    } else {  // the head was rotated fast, so the list no longer contains the points around it
+    } else {  // a fast rotation has made the list invalid
       gather(head(), edge(), X, complete_list_length());
     }
     return far;
@@ -476,7 +462,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.leading_out = (std::exchange(began_, false) || !in.cuts) && !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
-  constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
+  constexpr double kNothing = 1e-10;  // m, a shorter vector counts as zero
   out.touching = depth > kNothing && !list_.points.empty() && follower_.bounded();
   out.settled = !out.touching && !part_.open;
   touching_ = out.touching, touching_at_ = out.p_WG;
@@ -485,9 +471,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = pull / depth;
   if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
-  // The springs determine only the direction of the force and the stiffness of the tissue. The sum of the springs is
-  // not used as the magnitude of the force: if the sides of a head are nearly parallel to the direction from the head
-  // to the hand (a cone), the springs push in opposite directions, and their sum is too small.
+  // The springs give only the direction of the force and the stiffness. Their sum is not its magnitude: on the steep
+  // sides of a cone, springs push in opposite directions, so the sum is too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, fraction = along / springs_.sum;
@@ -496,8 +481,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), fraction * stiffness * depth / along * springs_.torque, out);
 }
 
-/// Called if the head has no contact. If a bur's last contact force has not yet decreased to zero, continues to reduce
-/// it.
+/// Without contact: reduces a bur's last contact force to zero.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -510,8 +494,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// Computes the contact with the algorithm as printed in paper S4: the head is at the hand's pose, and each vertex
-/// inside the head pushes it back.
+/// Contact as printed in S4: the head is at the hand's pose, and each vertex inside pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -521,7 +504,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = list_.samples[i];
     const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // m, vector from the position to which the paper's rule moves the vertex, to the vertex's present position
+    // m, from the paper's target position to the vertex
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
@@ -566,14 +549,14 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return true;
 }
 
-/// Returns true if the position at which the cut in progress ends is nearer to the hand than the position `proxy` of
-/// the head. If the cut took several ticks, the hand may have moved the head away in the meantime.
+/// Returns true if the cut ends nearer to the hand than `proxy`, the head's position: during a long cut, the hand may
+/// have moved the head away.
 bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
 
-/// Computes how far the head can advance with the energy that is available, and begins the cut. Returns false if no cut
-/// can begin in this tick.
+/// Computes how far the head can advance with the available energy, and begins the cut. Returns false if no cut can
+/// begin.
 bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noexcept {
   if (!(in.cuts && !in.must_earn && contact.touching && springs_.count > 0)) return false;
   Pose from{contact.p_WG, in.X_WT.R}, to = in.X_WT;
@@ -583,7 +566,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits for some ticks after the last one.
+    // A new cut waits some ticks after the last.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), P::least_rest)) return false;
     to.p = from.p + way / depth * pull;
@@ -600,16 +583,15 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
   return true;
 }
 
-/// Returns the computing effort that a cut may spend in this tick. The effort of lists made in this tick is not yet
-/// subtracted.
+/// Effort that a cut may use in this tick, before that of lists made in this tick is subtracted.
 Effort VertexModel::effort_for_cut() const noexcept {
   const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
   const Effort contact = kContactEffort * static_cast<Effort>(list_.points.size()) / 2;
   return std::max(P::most_effort - contact - fresh, P::least_effort);
 }
 
-/// Continues the cut in progress, and then lists the points around the head after the cut. `proxy`: present pose of the
-/// head. Returns true if both the cut and the list are complete.
+/// Continues the cut, and then the list of points after it. `proxy`: current pose of the head. Returns true if both are
+/// complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   MeshCutter& cutter = snapshot_.cutter;
   if (parameters_.as_printed) {
@@ -618,7 +600,7 @@ bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcep
     return true;
   }
   Effort left = effort_for_cut() - listed_;
-  if (left <= 0) return false;  // lists made in this tick have used up the computing effort
+  if (left <= 0) return false;  // lists of this tick have used up the effort
   if (!part_.finished) {
     if (!cutter.work(snapshot_.mesh, known_faces(), left)) return false;
     part_.done = cutter.done();
@@ -651,8 +633,7 @@ void VertexModel::feel(const ContactInput&, Contact& out) noexcept {
   out.known_tissue = true;
 }
 
-/// Returns the tissue of the nearest face that has the point on its inner side, or air if there is no such face within
-/// two edge lengths.
+/// Tissue of the nearest face within two edge lengths that has the point on its inner side; otherwise air.
 Tissue VertexModel::tissue_at(const dvec3& p_W) const noexcept {
   const double reach = 2 * edge();
   const EditableMesh& mesh = snapshot_.mesh;

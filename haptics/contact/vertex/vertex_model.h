@@ -1,7 +1,5 @@
-// The part of the contact model "vertex" that runs on the servo thread. README.md of this folder has an overview and
-// defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. To compute the force,
-// the model imagines a small motion of the head (virtual motion). Each vertex that this motion would push gives a
-// spring.
+// The servo's part of the contact model "vertex". The vertices of the mesh keep the head outside. Each vertex that a
+// small virtual motion of the head would push gives a spring. README.md defines the terms.
 #pragma once
 
 #include <array>
@@ -18,69 +16,58 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // Length of the virtual motion of the head for which the springs are computed, as a ratio to the head's radius. It is
-  // long enough that the virtual motion pushes many vertices, and short enough that no vertex passes the head's centre.
+  // Length of the virtual motion / the head's radius. Long enough to push many vertices, short enough that none passes
+  // the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack =
       0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
-  // Limit of the force across the pull (the direction from the head to the hand), as a ratio to the force along the
-  // pull.
+  // Largest force across the pull (direction from head to hand) / force along the pull.
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move
+  // N/s, largest rate of a bur's force with resting hand
   static constexpr double ease = 6.5;
-  // Shortest distance by which a cut advances the head, as a ratio to the target edge length. Until the energy is
-  // enough for this distance, it is collected. Otherwise there would be a cut in every tick.
+  // Shortest advance per cut, in target edges. Energy is collected until it is enough, so that not every tick cuts.
   static constexpr double sweep = 0.04;
-  // Shortest distance by which a cut advances a cutting edge that the hand drags without rotation, as a ratio to the
-  // target edge length. It is very short, because a dragged edge stores little energy.
+  // Shortest advance of a cutting edge that the hand drags, in target edges. Very short, because a dragged edge stores
+  // little energy.
   static constexpr double scrape = 2e-5;
-  // longest distance by which a cut advances the head, as a ratio to the target edge length
+  // longest advance per cut, in target edges
   static constexpr double stride = 0.5;
-  // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
-  // neighbouring vertices. So it cuts only a fraction of the area that the vertices in contact represent. The model
-  // measures this fraction in each cut and computes a running mean. `met_weight`: weight of the newest measurement in
-  // the mean; `least_met`: smallest allowed mean.
+  // A dragged edge cuts only a fraction of the touched area, because it advances by less than the height differences
+  // between vertices. The fraction is measured. met_weight: weight of a new measurement; least_met: smallest mean.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // Ratio to the head's radius. If the distance between the head and the nearest contact point is smaller than this,
-  // the head counts as touching (clearance 0).
+  // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
-  // While the head cuts, only the points very near to it are listed (short list), because the head moves little until
-  // the next list is made. This is the motion for which a short list is valid, as a ratio to the head's radius.
+  // Motion / radius for which a short list is valid. While the head cuts, only very near points are listed, because the
+  // head moves little until the next list.
   static constexpr double short_list = 0.05;
-  // A list of points is valid until the head has moved by a certain distance. When the head has moved by this fraction
-  // of the distance, the model begins to make the next list.
+  // Fraction of a list's valid motion after which the model begins the next list.
   static constexpr double begin_next = 0.3;
-  // Limit of room_in_list() (motion of the head for which the present list is still valid), as a ratio to the head's
-  // radius. A head that waits for its next list stops when this motion is used up (0). A fast rotation can make the
-  // value negative; below this limit, a new list is made at once.
+  // Limit of room_in_list() / radius. A head that waits for its next list stops at 0; a fast rotation can make the
+  // value negative. Below the limit, a new list is made at once.
   static constexpr double least_room = -0.1;
-  // Ratio to the head's radius. Distances of points from the head are extrapolated until the head has moved by more
-  // than this since they were computed.
+  // Motion / radius up to which distances are extrapolated.
   static constexpr double reuse = 0.02;
-  // After a cut that took n ticks, the next cut waits for up to `rest` × n ticks, so that most ticks do not cut. The
-  // farther the head could advance with the collected energy, the shorter is the wait. There is no wait if this
-  // distance is at least `hurry` × (cut area / radius²) × edge length. A thin head has a small cut area, so it waits
-  // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
+  // After a cut of n ticks, the next cut waits up to `rest` × n ticks; not at all if the collected energy allows an
+  // advance of `hurry` × (cut area / radius²) × edge length, so that a thin head makes short cuts.
   static constexpr double rest = 3, hurry = 0.08;
-  // The next cut waits for at least `least_rest` × n ticks, so that fewer than half of the ticks cut. With a longer
-  // wait, a thin head would remove less tissue, because the length of a cut is limited.
+  // The next cut waits for at least `least_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
+  // would reduce the removal of thin heads.
   static constexpr double least_rest = 1.05;
-  // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
-  // divided over several ticks.
+  // Largest effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more continues in the
+  // next tick.
   static constexpr Effort most_effort = 6500;
-  // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick. So the cut still makes progress if
-  // the contact has used up most of `most_effort`.
+  // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of most_effort.
   static constexpr Effort least_effort = 2000;
-  // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
-  // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
+  // Largest effort of all lists in one tick, in units of 10 ns. A fast head needs several lists; beyond the limit, it
+  // continues its motion in the next tick.
   static constexpr Effort most_listed = 15000;
 };
 
-/// The part of the contact model "vertex" that runs on the servo thread.
+/// The servo's part of the contact model "vertex".
 class VertexModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because a cut can only remove material.
+  /// Throws Error for a filling instrument: cuts only remove.
   VertexModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -103,37 +90,37 @@ class VertexModel final : public ContactModel {
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
-    mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
+    mesh::Index v;  // index of the vertex; kNone: not a vertex
     Tissue tissue;
   };
   /// A list of contact points. `samples` contains the data of each point, in the same order.
   struct PointList {
     mesh::NearPoints points{kMostSamples};
     std::vector<Sample> samples;
-    double within = 0;  // m, the list contains all points within this distance of the head at points.listed_at()
+    double within = 0;  // m; the list contains all points within this distance of the head at points.listed_at()
   };
   /// The state of a list while it is being made.
   struct Listing {
     enum class Stage : std::uint8_t { kFaces, kVertices, kAreas, kDone } stage = Stage::kDone;
     const VertexHead* head = nullptr;
-    double edge = 0;  // m, wanted length of mesh edges on the surfaces that the head cuts
+    double edge = 0;  // m, target edge length
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
     double margin = 0;  // m, distance from the head within which points are listed
     mesh::EditableMesh::NearSearch search;
-    bool searches = false;     // true if the search for faces near the head has begun
-    std::size_t at = 0;        // index in near_ at which the present stage continues
+    bool searches = false;     // true: the search for near faces has begun
+    std::size_t at = 0;        // index in near_ at which the current stage continues
     std::size_t vertices = 0;  // number of listed points that are vertices of the mesh
   };
-  /// Sums over the springs of the vertices that push the head. constrain_as_printed() computes sums without the area:
-  /// its `force` is in N, its `torque` in N·m and its `tissue` in m.
+  /// Sums over the springs of the vertices that push the head. In constrain_as_printed() they are not multiplied by
+  /// area: `force` in N, `torque` in N·m, `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices in contact represent
-    double across = 0;          // m², projection of `area` onto a plane perpendicular to the pull (from head to hand)
-    double sum = 0;             // N·m², sum of (area × magnitude of the force) over the vertices
-    double weight = 0;          // m³, sum of (area × depth) over the vertices in contact
-    PerTissue tissue{};         // m³, sum of (area × depth) over the vertices in contact, for each tissue
+    double across = 0;          // m², `area` projected along the pull (head to hand)
+    double sum = 0;             // N·m², sum of area × force over the vertices
+    double weight = 0;          // m³, sum of area × depth over the vertices
+    PerTissue tissue{};         // m³, sum of area × depth for each tissue
     int count = 0;
   };
 
@@ -146,8 +133,8 @@ class VertexModel final : public ContactModel {
   KnownFaces known_faces() const noexcept {
     return {near_, list_.points.listed_at(), found_ && !near_changed_ ? list_.within : 0, list_.points.number()};
   }
-  // The next two functions return the distance (m) from the head within which points are listed: in a complete list,
-  // and in the short list that is used while the head cuts.
+  // Distance from the head within which points are listed (m), for a complete list and for the short list while
+  // cutting.
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -174,43 +161,42 @@ class VertexModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   VertexSnapshot snapshot_;
-  std::vector<VertexHead> heads_;  // heads, one for each tool
-  std::vector<double> edges_;      // m, for each head: wanted length of mesh edges on the surfaces that it cuts
+  std::vector<VertexHead> heads_;  // one for each tool
+  std::vector<double> edges_;      // m, target edge length for each head
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};              // N, force of the last tick after the filter
-  bool eases_ = false;             // true: eased() limits the force: a bur cuts, or its last force still fades
+  dvec3 filtered_{0};              // N, filtered force of the last tick
+  bool eases_ = false;             // true: eased() limits the force, because a bur cuts or its last force still fades
   dvec3 eased_{0};                 // N, force that eased() returned in the last tick
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;  // faces near the head in the last search for points
   PointList list_;
-  PointList next_list_;        // list that is being made: for the mesh after a cut, or for a moving head (ahead_)
-  bool ahead_ = false;         // true while list_ahead() makes next_list_
-  bool near_changed_ = false;  // true if near_ (faces near the head) was found for next_list_ and not for list_
+  PointList next_list_;        // list that is being made, for the mesh after a cut or for a moving head (ahead_)
+  bool ahead_ = false;         // true: list_ahead() is making next_list_
+  bool near_changed_ = false;  // true: near_ was found for next_list_, not for list_
   Listing listing_;
-  // computing effort in this tick: listed_: of all lists that were made in one piece; last_list_: of the last such list
+  // effort in this tick: of all lists made in one piece, and of the last one of them
   Effort listed_ = 0, last_list_ = 0;
   bool began_ = false;     // true in the first tick after begin_anew()
-  bool found_ = false;     // true if list_ was made for the present mesh and tool
-  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
+  bool found_ = false;     // true: list_ was made for the current mesh and tool
+  bool touching_ = false;  // true: the last constrain() found contact, at touching_at_
+  dvec3 touching_at_{0};   // m, position of the proxy at this contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
-  // for an edge that the hand drags: running mean of (removed volume) / (contact area × advance); see met_weight
+  // running mean of removed volume / (contact area × advance), for a dragged edge; see met_weight
   double met_ = 1;
-  /// A cut that may take several ticks. Until the cut is finished, the contact is computed from the points that were
-  /// listed before the cut began.
+  /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {
-    bool open = false;  // true from the start of the cut until cut() has returned its result
+    bool open = false;  // true: begun, and cut() has not returned its result yet
     bool scrapes = false;
     std::uint32_t tool = 0;
     Pose from{}, to{};
-    double estimated = 0;  // m³, removed volume that was expected when the cut began
+    double estimated = 0;  // m³, expected removed volume
     CutDone done{};
-    bool finished = false;  // true if the cut of the mesh is complete
-    bool lists = false;     // true if the list of points after the cut has been begun
-    bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
+    bool finished = false;  // true: the mesh is cut completely
+    bool lists = false;     // true: the list for the cut mesh has been begun
+    bool advances = false;  // true: the head moves to `to`; valid if `lists` is
     int ticks = 0;          // number of ticks that the cut took
     int rest = 0;           // number of ticks since the cut was finished
   } part_;

@@ -10,7 +10,7 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// The field of "offset", with whole voxels cut.
+/// The tissue of "offset", but a cut removes whole voxels.
 class VoxelBody final : public offset::FieldBody {
  public:
   using FieldBody::FieldBody;

@@ -13,11 +13,10 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Samples are less deep than the head: half for a ball, nearly all for a flat end. Pressed into a flat wall by a
-/// quarter of its width, the head so has the scene's stiffness, in the mean of directions. `reach`: to the farthest
-/// point, samples' unit.
+/// Returns the factor for all springs that gives a head in a flat wall the scene's stiffness, as a mean over
+/// directions: samples are less deep than the head. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth / least distance of a sample
+  // penetration depth / smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -30,7 +29,7 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // Along the sample's normal; its part along the wall's is the depth below it.
+      // Depth of the sample below the wall. The spring acts along the sample's normal.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
@@ -54,7 +53,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels to a corner (√3/2)
+  // voxels, upper bound of the distance from a voxel's centre to its corner (√3/2)
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.covers(c, head().reach + 1)) return 0;
@@ -81,7 +80,8 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Along a unit vector, at most `most`; voxel to voxel (Amanatides & Woo 1987).
+/// Depth of tissue from x along the unit vector `way`, at most `most`, by stepping from voxel to voxel (Amanatides &
+/// Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
   dvec3 next, step;
@@ -102,7 +102,7 @@ double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double m
   return std::min(depth, most);
 }
 
-/// At X_VT (voxels), in full voxels.
+/// Finds the samples of a head at X_VT (voxels) that are inside full voxels.
 void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
   count_ = 0;
   c_ = X_VT.p;
@@ -134,8 +134,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Along each normal by depth, divided by samples in contact, at least `shared_load`: stiffness does not grow with
-/// samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). Damper on approach only.
+/// Each spring pushes along its normal, in proportion to depth. Division by the samples in contact (at least
+/// `shared_load`) keeps the stiffness constant (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only on
+/// approach.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -157,7 +158,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// Out along the force to touch, back in as far as energy allows; voxels whose centres are covered go.
+/// Moves the head out along the force until it touches, and back in as far as the energy allows. Removes voxels whose
+/// centres it covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
@@ -166,7 +168,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  // voxels³ × hardness, the cut's cost
+  // voxels³ × hardness; determines the energy of the cut
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;

@@ -1,4 +1,4 @@
-// "voxel_penalty" on the servo thread: no proxy, springs on samples (README.md).
+// The servo's part of "voxel_penalty": no proxy, but springs on samples of the head (README.md).
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace typodont::haptics::voxel_penalty {
 
-/// Voxels unless stated. Full: centre inside.
+/// Lengths in voxels unless another unit is given. A voxel is full if its centre is inside tissue.
 class VoxelPenaltyModel final : public PatchModel {
  public:
-  /// Throws Error for a filling instrument.
+  /// Throws Error if a tool is a filling instrument.
   VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
 
   double clearance(const Pose& X_WG) noexcept override;
@@ -26,17 +26,17 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // p_TQ in voxels
+    std::vector<HeadSample> samples;  // positions p_TQ in voxels
     double reach;
-    // on the springs, for the scene's stiffness
+    // factor for all springs; gives the head the scene's stiffness
     double spring_scale = 1;
   };
   struct Touching {
-    dvec3 x, n;       // voxels; outward unit normal
+    dvec3 x, n;       // voxels: position; unit vector: outward normal of the head
     double depth;     // voxels, depth of the sample inside full voxels
-    double area;      // m² of the head
+    double area;      // m², area of the head that the sample represents
     Tissue tissue;    // tissue of the voxel that contains the sample
-    double hardness;  // 0..1, of its voxel
+    double hardness;  // 0..1, hardness of this voxel
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }
@@ -53,7 +53,7 @@ class VoxelPenaltyModel final : public PatchModel {
   std::uint32_t tool_ = 0;
   std::vector<Touching> touching_;  // allocated at set-up
   std::size_t count_ = 0;
-  dvec3 c_{0};  // voxels, V, this tick
+  dvec3 c_{0};  // voxels, the head's centre in this tick, frame V
 };
 
 }  // namespace typodont::haptics::voxel_penalty
