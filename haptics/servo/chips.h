@@ -19,12 +19,12 @@ struct ChipParameters {
   static constexpr double grain_distance = 2;
   // width / thickness of a grain's chip
   static constexpr double chip_width = 10;
-  // feed per turn / size of the grains, at which chips fill the space between them; beyond `most_full` times that, the
-  // tool comes through the air
+  // chip_space: feed per turn / grain size at which chips fill the space between the grains. most_full: largest feed,
+  // as a multiple of this; a faster feed occurs only in air.
   static constexpr double chip_space = 3.1e-3, most_full = 1.2;
 };
 
-/// Thickness h in m, for a `feed` (m per turn): of N blades feed / N, of grains at the distance a on the radius r
+/// Chip thickness in m; `feed`: m per turn. N blades: feed / N. Grains at the distance a on the radius r:
 /// a √(feed / (2π r b)), b = chip_width.
 inline double chip_thickness(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
@@ -39,7 +39,7 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
 }
 
-/// Work / work of cutting: chips without space rub. Blades have enough.
+/// Total work / work of cutting. Chips rub if the grains leave them no space; blades always leave enough.
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;

@@ -17,7 +17,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
-  // What the motor has paid is worth as much of the material's own energy as today's chips need.
+  // Converts the stored energy: the budgets are motor work / energy_ratio, which has changed since the last tick.
   const double worth = cutting.energy_ratio / now.energy_ratio;
   cutting.energy_ratio = now.energy_ratio;
   cutting.budget *= worth;

@@ -68,8 +68,8 @@ struct Servo::State {
   struct Motion {
     Pose X_WG;                   // pose of the proxy
     bool placed = false;         // true if X_WG is valid
-    bool began_at_hand = false;  // true until tissue is known there
-    bool inside = false;         // true: the session began inside tissue, and the tool is not out yet: it does not cut
+    bool began_at_hand = false;  // true: the proxy started at the hand; not tested yet whether in tissue
+    bool inside = false;         // true: the tool started inside tissue and is not out yet, so it does not cut
     bool started = false;        // true if the last tick had a valid pose
     Nanos began = 0;             // ns, start of the current sequence of valid poses
     Nanos last_t = 0;
@@ -91,7 +91,7 @@ struct Servo::State {
     // 0..1, power at a wall of harder tissue in the last tick / the head's full power; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
-    double energy_ratio = 1;  // of the last tick (ContactTick)
+    double energy_ratio = 1;  // ContactTick::energy_ratio of the last tick
     double feed = 0;          // m, smoothed advance per turn of a tool with known edges
     double spindle_work = 0;  // J, total work of cutting so far
   };

@@ -44,7 +44,7 @@ struct SearchParameters {
   static constexpr double most_slack = 1;
   // voxels; overlap up to this comes from cutting or rounding. A deeper head is inside tissue, and is moved out slowly.
   static constexpr double deep = 0.6;
-  // voxels; until then, a head led out of deep tissue follows the field's gradients
+  // voxels of overlap; down to this, a head that is led out of deep tissue follows the field's gradients
   static constexpr double led_out = 0.1;
 };
 
