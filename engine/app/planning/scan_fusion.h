@@ -28,7 +28,7 @@ ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
 
-/// Both surfaces with the picked points. Main thread, unless stated otherwise.
+/// Holds the surfaces of the scan and of the CT, and the points picked on them. Main thread, unless stated otherwise.
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };

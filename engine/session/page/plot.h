@@ -19,7 +19,7 @@ double nice_step(double top, int count);
 /// Number of decimals for marks with this step.
 int decimals_for(double step);
 
-/// Values over time, in bins: range and mean.
+/// Least, mean and greatest value of a quantity in each bin of time.
 struct Series {
   std::vector<double> least, mean, greatest;  // for each bin; NaN: no data
 };

@@ -237,7 +237,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the boxes above a sphere that make() changed. Usually only enlarges them, which is faster.
+/// Updates the boxes above a sphere that make() changed. It usually only enlarges them, which is faster than making
+/// them exact.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);
