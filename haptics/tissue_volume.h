@@ -147,6 +147,8 @@ class TissueVolume {
   /// Returns the tissues in a block of 8³ voxels: bit t is set if a voxel has the label t. The first voxel of the block
   /// is at 8·key.
   std::uint32_t tissues_in_block(const glm::ivec3& key) const;
+  /// Returns true if any voxel has this label.
+  bool contains(Tissue tissue) const;
 
   /// Removes a loose piece and corrects the distances around it. Labels do not change. Returns the volume of the piece
   /// per tissue, m³.

@@ -24,7 +24,6 @@
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
-#include "engine/session/heat.h"
 #include "engine/session/packing_file.h"
 #include "engine/session/place.h"
 #include "haptics/contact_method.h"
@@ -375,7 +374,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
         spray->number_or("flow_ml_per_min", scene.spray->flow / kMillilitrePerMinute, 0.1, 500) * kMillilitrePerMinute;
     scene.spray_on = spray->boolean_or("on", true);
   }
-  if (const auto heat = json.find("heat")) (void)session::read_heat(*heat);  // HeatMeter reads it again
+  if (const auto heat = json.find("heat")) scene.heat = session::read_heat(*heat);
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);

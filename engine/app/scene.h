@@ -16,6 +16,7 @@
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"
 #include "engine/debris/debris.h"
+#include "engine/session/heat.h"
 #include "engine/session/implant.h"
 #include "engine/session/task.h"
 #include "haptics/servo.h"
@@ -54,6 +55,8 @@ struct Scene {
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
   std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film of water
   bool spray_on = false;         // true: the spray is on at the start
+  /// Settings of the heat in the tissue; empty: the scene computes no heat.
+  std::optional<session::HeatSettings> heat;
   /// True: the order of the autoregressive sound models may be reduced as long as no part of the sound is lost.
   bool sound_lower_order = false;
 

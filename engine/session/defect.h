@@ -16,6 +16,9 @@ struct HeadMoment {
   double force = 0;  // N
 };
 
+/// A longer pause ends a stroke, s.
+inline constexpr double kStrokePause = 0.75;
+
 /// Cuts, touches or high forces without a pause. Times are those of the recording.
 struct DefectStroke {
   std::uint64_t first = 0, last = 0, worst = 0;  // ticks

@@ -39,6 +39,15 @@ std::vector<Remark> read_remarks(const fs::path& recording) {
   return fs::exists(file, code) ? remarks_from(Json::load(file)) : std::vector<Remark>();
 }
 
+std::string remarks_text(const std::vector<Remark>& remarks) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Remark& remark : remarks) {
+    list.push_back({{"author", remark.author}, {"written", remark.written}, {"text", remark.text}});
+    if (remark.at) list.back()["at_s"] = *remark.at;
+  }
+  return nlohmann::ordered_json{{"remarks", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 void write_remarks(const fs::path& recording, const std::vector<Remark>& remarks) {
   const fs::path file = remarks_beside(recording);
   if (remarks.empty()) {
@@ -46,14 +55,7 @@ void write_remarks(const fs::path& recording, const std::vector<Remark>& remarks
     if (fs::remove(file, code); code) throw Error(file.string(), "", code.message(), "a file that can be removed");
     return;
   }
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Remark& remark : remarks) {
-    list.push_back({{"author", remark.author}, {"written", remark.written}, {"text", remark.text}});
-    if (remark.at) list.back()["at_s"] = *remark.at;
-  }
-  const nlohmann::ordered_json json = {{"remarks", list}};
-  write_file_atomically(file, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
-                        FileKind::kJson, Over::kItsInput);
+  write_file_atomically(file, remarks_text(remarks), FileKind::kJson, Over::kItsInput);
 }
 
 }  // namespace typodont::session

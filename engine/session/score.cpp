@@ -307,7 +307,7 @@ constexpr Measure kMeasures[] = {
     {"pulp_heating_K", "K", Best::kAtMost,
      [](In in) -> Value {
        if (!in.heat || !in.heat->pulp) return std::nullopt;
-       return in.heat->pulp_max - HeatMeasures{}.pulp_max;
+       return in.heat->pulp_max - HeatMeasures::kBody;
      },
      false, Basis::kHand},
     {"bone_temperature_C", "°C", Best::kAtMost,
@@ -463,7 +463,7 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   in.hand = {};
   in.cavity = input.cavity_ideal;
   in.after = input.ideal.value_or(input.before);
-  if (in.heat) in.heat->pulp_max = in.heat->bone_max = HeatMeasures{}.pulp_max;
+  if (in.heat) in.heat->pulp_max = in.heat->bone_max = HeatMeasures::kBody;
   if (in.damage) in.damage->neighbour_volume = in.damage->gum_volume = 0;
   return in;
 }

@@ -83,10 +83,11 @@ struct DamageMeasures {
 
 /// Extreme temperatures of pulp and bone, °C.
 struct HeatMeasures {
-  bool pulp = false, bone = false;  // true: the tissue contains pulp; bone
-  double pulp_max = 37, pulp_min = 37;
-  double bone_max = 37;   // °C, 0.5 mm from the wall
-  double bone_above = 0;  // s, longest uninterrupted time above 47 °C
+  static constexpr double kBody = 37;  // °C, temperature of the body
+  bool pulp = false, bone = false;     // true: the tissue contains pulp; bone
+  double pulp_max = kBody, pulp_min = kBody;
+  double bone_max = kBody;  // °C, 0.5 mm from the wall
+  double bone_above = 0;    // s, longest uninterrupted time above 47 °C
   // Temperatures at the end of each second, °C.
   std::vector<float> pulp_curve, bone_curve;
 };

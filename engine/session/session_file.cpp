@@ -570,6 +570,12 @@ const std::vector<SessionEvent>& SessionReader::events() const {
 const std::vector<StreamData>& SessionReader::streams() const {
   return impl_->streams;
 }
+const StreamData* SessionReader::stream(std::string_view name) const {
+  const auto& specs = header().streams;
+  for (std::size_t i = 0; i < specs.size(); ++i)
+    if (specs[i].name == name) return &streams()[i];
+  return nullptr;
+}
 const std::optional<SessionResult>& SessionReader::result() const {
   return impl_->result;
 }

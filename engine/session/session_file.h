@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "engine/contract/contact.h"
@@ -52,6 +53,8 @@ class SessionReader {
   const std::vector<PatchUse>& patches() const;
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
+  /// Null: the recording has no stream of this name.
+  const StreamData* stream(std::string_view name) const;
   const std::optional<SessionResult>& result() const;
   /// The timing of the servo loop; no value if the session did not run live.
   const std::optional<LoopReport>& loop() const;

@@ -672,6 +672,17 @@ std::uint32_t TissueVolume::tissues_in_block(const glm::ivec3& key) const {
   return 1u << static_cast<int>(shown_in(tree.getValue(origin)));
 }
 
+bool TissueVolume::contains(Tissue tissue) const {
+  const auto& tree = impl_->tissue->tree();
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+    if (tissues_of(leaf->buffer().data()) >> static_cast<int>(tissue) & 1) return true;
+  auto tile = tree.cbeginValueAll();
+  tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
+  for (; tile; ++tile)
+    if (shown_in(*tile) == tissue) return true;
+  return false;
+}
+
 SolidBits solid_bits(const float* samples) {
   std::uint8_t rows[kLeafEdge * kLeafEdge];
   samples_in_tissue(samples, rows);

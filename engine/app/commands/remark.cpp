@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -44,15 +43,15 @@ void run(const Options& options) {
     if (options.at >= 0) remark->at = options.at;
   }
   if (options.remove > 0 || !options.text.empty()) session::write_remarks(options.session, remarks);
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  if (options.json) {
+    fmt::print("{}", session::remarks_text(remarks));
+    return;
+  }
   for (std::size_t i = 0; i < remarks.size(); ++i) {
     const session::Remark& remark = remarks[i];
     const std::string at = remark.at ? fmt::format(" at {:.1f} s", *remark.at) : "";
-    if (!options.json) fmt::print("{}{}: {} ({} {})\n", i + 1, at, remark.text, remark.author, remark.written);
-    list.push_back({{"author", remark.author}, {"written", remark.written}, {"text", remark.text}});
-    if (remark.at) list.back()["at_s"] = *remark.at;
+    fmt::print("{}{}: {} ({} {})\n", i + 1, at, remark.text, remark.author, remark.written);
   }
-  if (options.json) fmt::print("{}\n", nlohmann::ordered_json{{"remarks", list}}.dump(2));
 }
 
 }  // namespace

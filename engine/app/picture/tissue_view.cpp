@@ -195,7 +195,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
-  const auto lesion_reach = static_cast<float>(render::kLesionReach / voxel);  // voxels
+  if (!has_caries_) has_caries_ = volume.contains(Tissue::kCaries);
+  const auto lesion_reach = *has_caries_ ? static_cast<float>(render::kLesionReach / voxel) : 0.0f;  // voxels
   const int margin = static_cast<int>(lesion_reach) + 3;
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - margin,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + margin);
@@ -232,7 +233,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
-    if (translucent(outside)) v.lesion = nearness_of_caries(volume, start, inward, lesion_reach);
+    if (lesion_reach > 0 && translucent(outside)) v.lesion = nearness_of_caries(volume, start, inward, lesion_reach);
     // Dentin beside enamel is drawn as enamel of thickness zero over dentin, so that the interpolated colour has no
     // step.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
@@ -285,6 +286,11 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) put(volume, key);
   if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
   started_ = true;
+  for (const glm::ivec3& key : changed)  // painted, or restored
+    for (int block = 0; has_caries_ == false && block < 8; ++block)
+      has_caries_ = volume.tissues_in_block(2 * key + glm::ivec3(block >> 2, block >> 1 & 1, block & 1)) >>
+                        static_cast<int>(Tissue::kCaries) &
+                    1;
   for (int i = 0; i < kRemeshedPerUpdate && !outdated_.empty(); ++i) {
     put(volume, outdated_.back());
     outdated_.pop_back();

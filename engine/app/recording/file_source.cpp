@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "engine/app/recording.h"
 #include "engine/app/surroundings/soft_gum.h"
@@ -16,21 +15,14 @@ namespace {
 constexpr double kRigid = 1e6;
 constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file, or written, at a time
 
-const session::StreamData* stream(const session::SessionReader& session, std::string_view name) {
-  const auto& specs = session.header().streams;
-  for (std::size_t i = 0; i < specs.size(); ++i)
-    if (specs[i].name == name) return &session.streams()[i];
-  return nullptr;
-}
-
 }  // namespace
 
 FileSource::FileSource(const session::SessionReader& session, const Scene& scene)
     : session_(session),
       scene_(scene),
       surface_(soft_gum(scene.surroundings)),
-      water_(stream(session, "water")),
-      left_hand_(stream(session, "left_hand")) {
+      water_(session.stream("water")),
+      left_hand_(session.stream("left_hand")) {
   for (const session::SessionEvent& event : session.events())
     if (const auto piece = piece_of(event)) pieces_.push_back(*piece);
   rewind();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/app/scene.h"
+#include "engine/session/defect.h"
 
 namespace typodont {
 
@@ -13,7 +14,6 @@ constexpr double kCell = 0.1e-3;  // m, size of the cells that measure the damag
 constexpr double kVolume = kCell * kCell * kCell;
 // Motion of the head between two evaluations, m.
 constexpr double kMoved = 0.01e-3;
-constexpr double kPause = 0.75;  // s, shortest pause between two touches
 // Depth that does not count as damage, m.
 constexpr double kSlack = 0.01e-3;
 
@@ -68,7 +68,8 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
     const std::size_t cells = (gum ? gum_ : neighbour_).size() - before[gum];
     if (cells == 0) continue;
     const double volume = static_cast<double>(cells) * kVolume;
-    if (open_[gum] == 0 || to_seconds(tick.t - touched_[gum]) > kPause || touches_[open_[gum] - 1].tool != tick.tool) {
+    if (open_[gum] == 0 || to_seconds(tick.t - touched_[gum]) > session::kStrokePause ||
+        touches_[open_[gum] - 1].tool != tick.tool) {
       touches_.push_back({gum, tick.index, 0, 0, tick.tool, 0, {}});
       open_[gum] = touches_.size();
       most_[gum] = 0;

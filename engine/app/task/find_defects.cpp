@@ -17,7 +17,6 @@ using session::Defect;
 using session::DefectStroke;
 using session::Preparation;
 
-constexpr double kPause = 0.75;          // s between two strokes
 constexpr double kMinDepth = 0.15e-3;    // m off the ideal
 constexpr double kMinVolume = 0.005e-9;  // m³ of pulp or protected tissue
 constexpr double kMinFraction = 0.1;     // of a volume, by one stroke
@@ -248,7 +247,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
   const Cut* before = nullptr;
   double worst = 0;
   for (const auto& [cut, voxels] : by_cut) {
-    if (!before || cut->tool != before->tool || to_seconds(cut->t - before->t) > kPause) {
+    if (!before || cut->tool != before->tool || to_seconds(cut->t - before->t) > session::kStrokePause) {
       strokes.push_back(stroke_of(*cut));
       worst = 0;
     }
@@ -347,7 +346,7 @@ class ForceMeter {
     if ((tick.faults & bits(Fault::kHeld)) || !(tick.depth > 0 || tick.contact_area > 0)) return;
     const double force = glm::length(tick.f_T_W);
     if (!(force > max_)) return;
-    if (defects_.empty() || to_seconds(tick.t - last_) > kPause) {
+    if (defects_.empty() || to_seconds(tick.t - last_) > session::kStrokePause) {
       defects_.push_back({"force_max_N", 0, tick.X_WG.p, false, false, {DefectStroke()}});
       defects_.back().strokes[0].first = tick.index;
     }

@@ -129,11 +129,9 @@ void HeatMeter::observe(double dt) {
 }
 
 std::optional<HeatMeter> heat_meter(const Scene& scene, const haptics::TissueVolume& start) {
-  const auto heat = Json::parse(scene.text, scene.file.string()).find("heat");
-  if (!heat) return std::nullopt;
-  return HeatMeter(session::read_heat_constants(Json::load(assets_folder() / "materials" / "heat.json")),
-                   session::read_heat(*heat), scene.spray ? scene.spray->flow : 0, start,
-                   haptics::tool_set(scene.servo));
+  if (!scene.heat) return std::nullopt;
+  return HeatMeter(session::read_heat_constants(Json::load(assets_folder() / "materials" / "heat.json")), *scene.heat,
+                   scene.spray ? scene.spray->flow : 0, start, haptics::tool_set(scene.servo));
 }
 
 }  // namespace typodont

@@ -19,7 +19,7 @@ namespace typodont {
 class HeatMeter {
  public:
   /// Body temperature, °C. Harmful temperatures: of the pulp, K above kBody; of bone, °C.
-  static constexpr double kBody = 37, kPulpHarm = 5.5, kBoneHarm = 47;
+  static constexpr double kBody = session::HeatMeasures::kBody, kPulpHarm = 5.5, kBoneHarm = 47;
 
   /// `flow`: flow of the spray, m³/s. `tools`: ServoTick::tool is an index into them.
   HeatMeter(const session::HeatConstants& constants, const session::HeatSettings& settings, double flow,

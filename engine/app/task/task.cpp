@@ -371,11 +371,7 @@ namespace {
 /// State of a recording's spray over time. Call sprays() with increasing times.
 class Water {
  public:
-  Water(const session::SessionReader& session, bool on) : on_(on) {
-    const auto& specs = session.header().streams;
-    for (std::size_t i = 0; i < specs.size(); ++i)
-      if (specs[i].name == "water") stream_ = &session.streams()[i];
-  }
+  Water(const session::SessionReader& session, bool on) : stream_(session.stream("water")), on_(on) {}
   bool sprays(Nanos t) {
     for (; stream_ && next_ < stream_->t.size() && stream_->t[next_] <= t; ++next_)
       on_ = stream_->columns.front()[next_] > 0;
@@ -383,7 +379,7 @@ class Water {
   }
 
  private:
-  const session::StreamData* stream_ = nullptr;
+  const session::StreamData* stream_;
   std::size_t next_ = 0;
   bool on_;
 };
