@@ -65,7 +65,7 @@ struct FitReport {
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, highest compared frequency: 16 kHz or 0.45 of the sampling rate
-  double largest_reflection = 0;
+  double max_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;

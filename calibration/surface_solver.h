@@ -34,9 +34,9 @@ struct SurfaceOptions {
   double resolution = 0.3e-3;  // m, voxel size of the field; residuals of a good fit are smaller
   double correlation = 2e-3;   // m, correlation length of errors of the two surfaces
   // Smallest area of agreeing points for a result that is trusted, m².
-  double least_area = 30e-6;
-  double least_agreement = 0.7;  // smallest `agreement` of a result that is trusted
-  double most_error = 0.2e-3;    // m, largest `predicted_error` of a result that is trusted
+  double min_area = 30e-6;
+  double min_agreement = 0.7;  // smallest `agreement` of a result that is trusted
+  double max_error = 0.2e-3;   // m, largest `predicted_error` of a result that is trusted
 };
 
 struct SurfaceRegistration {

@@ -69,12 +69,12 @@ struct DenseTissue {
 /// Hardness, one byte per voxel: fraction b / 255 of a tissue's stiffness (Material::stiffness) and specific energy
 /// (Material::specific_energy). For soft caries, or bone by grey values of a scan.
 inline constexpr std::uint8_t kOwnHardness = 255;
-inline constexpr std::uint8_t kLeastHardness = 1;
+inline constexpr std::uint8_t kMinHardness = 1;
 
-/// Byte of a fraction 0..1: rounded, at least kLeastHardness.
+/// Byte of a fraction 0..1: rounded, at least kMinHardness.
 inline std::uint8_t hardness_byte(double fraction) {
   const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
-  return std::max(kLeastHardness, static_cast<std::uint8_t>(byte));
+  return std::max(kMinHardness, static_cast<std::uint8_t>(byte));
 }
 inline double hardness_fraction(std::uint8_t byte) noexcept {
   return byte * (1.0 / kOwnHardness);

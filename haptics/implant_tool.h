@@ -28,7 +28,7 @@ struct ImplantTool {
   double centre_ability = 0;  // on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius of the end face's centre
-  double greatest_grey = 0;   // Hounsfield units; denser bone stops the tool
+  double max_grey = 0;        // Hounsfield units; denser bone stops the tool
   // Alpha of eq. (2), Zhao 2020: ratio of tangential to normal force at the edge.
   double thrust_ratio = 1;
   double pitch = 0;          // m, advance of the thread per turn; 0: no thread
@@ -38,9 +38,9 @@ struct ImplantTool {
   double speed = 0;          // rad/s, speed stated by the manufacturer; 0: does not rotate
   // Speed at full pedal with a reduction gear, rad/s; 0: speed of the motor.
   double top_speed = 0;
-  bool by_hand = false;        // turned by hand (ratchet)
-  bool irrigated = false;      // true: the tool needs cooling water
-  double greatest_torque = 0;  // N·m, the manufacturer's limit; 0: not stated
+  bool by_hand = false;    // turned by hand (ratchet)
+  bool irrigated = false;  // true: the tool needs cooling water
+  double max_torque = 0;   // N·m, the manufacturer's limit; 0: not stated
   // Heights of the rings of the depth scale above the free end, m, ascending.
   std::vector<double> marks;
 

@@ -66,7 +66,7 @@ dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, c
   return p_WG + (lead == dvec3(0) ? pull : limited(pull + lead, kFarthest * travel));
 }
 
-double largest_fraction(const dvec3& step, const dvec3& rest, double most) {
+double max_fraction(const dvec3& step, const dvec3& rest, double most) {
   const double a = glm::dot(step, step), b = -glm::dot(step, rest),
                d = b * b - a * (glm::dot(rest, rest) - most * most);
   return a > 0 ? std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) : 1.0;

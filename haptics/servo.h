@@ -127,6 +127,6 @@ inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, doubl
 
 /// Returns the largest fraction 0..1 of `step` for which |rest + fraction · step| <= most, or the one that minimises
 /// this length if there is none.
-double largest_fraction(const dvec3& step, const dvec3& rest, double most);
+double max_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

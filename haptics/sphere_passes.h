@@ -89,9 +89,9 @@ class SpherePasses {
 
   /// Returns the name of the GPU, for messages.
   virtual std::string device() const = 0;
-  /// Number of spheres: spheres() of the tissue; most_balls() of a tool, at most.
+  /// Number of spheres: spheres() of the tissue; max_balls() of a tool, at most.
   virtual std::size_t spheres() const noexcept = 0;
-  virtual std::size_t most_balls() const noexcept = 0;
+  virtual std::size_t max_balls() const noexcept = 0;
 
   /// Loads the whole tissue: spheres() elements.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;

@@ -30,7 +30,7 @@ Spindle read_spindle(const Json& json) {
     if (const auto drops = spray->find("drops_um")) {
       const std::vector<double> range = drops->numbers(2);
       if (!(range[0] >= 1 && range[0] <= range[1] && range[1] <= 2000)) drops->fail("[least, greatest], 1 to 2000");
-      nozzles.least_drop = range[0] * 1e-6, nozzles.greatest_drop = range[1] * 1e-6;
+      nozzles.min_drop = range[0] * 1e-6, nozzles.max_drop = range[1] * 1e-6;
     }
   }
   return spindle;

@@ -40,7 +40,7 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 // Largest distance from a sample's curved path to its straight segments, voxels.
 constexpr double kBend = 0.01;
 // The same tolerance for a round end, voxels; the correction Straight::bend_turn makes the real error much smaller.
-constexpr double kMostBend = 0.03;
+constexpr double kMaxBend = 0.03;
 
 }  // namespace
 
@@ -67,7 +67,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
     bends_ = turn_ > 0 && head.count > 1 && has_round_end(pieces_, 1);
-    const double most = bends_ ? kMostBend : kBend;
+    const double most = bends_ ? kMaxBend : kBend;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
     if (straights_ == 1 && travel_ <= kShort && bend <= kBend) straights_ = 0;
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);

@@ -143,7 +143,7 @@ struct ShapeKind {
   HeadShape shape;
   std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
-  double least_length;  // smallest ratio of length to diameter; 0: any
+  double min_length;  // smallest ratio of length to diameter; 0: any
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
@@ -435,10 +435,9 @@ Tool read_tool(const Json& json) {
       json["length_mm"].fail("the diameter, or no length, for a sphere");
   } else {
     tool.length = json["length_mm"].number(0.05, 60) * kMillimetre;
-    if (tool.length < kind->least_length * tool.diameter) {
-      json["length_mm"].fail(kind->least_length == 1
-                                 ? "at least the diameter"
-                                 : fmt::format("at least {:g} times the diameter", kind->least_length));
+    if (tool.length < kind->min_length * tool.diameter) {
+      json["length_mm"].fail(kind->min_length == 1 ? "at least the diameter"
+                                                   : fmt::format("at least {:g} times the diameter", kind->min_length));
     }
   }
   tool.cuts = json.boolean_or("cuts", true);

@@ -9,7 +9,7 @@ const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
 // it and the heights that the shadow lookups find.
 const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
-const float kLeastFacing = 0.3;
+const float kMinFacing = 0.3;
 // A surface shadows a point beside it only if its height above the point is larger than this factor times its distance
 // from the point. So concave edges that face the lamp are not dark.
 const float kContact = 2.0;
@@ -178,7 +178,7 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
                              vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
     // depth of the tangent plane per distance from the point, m / m
-    vec2 tilt = n_light.xy / max(-n_light.z, kLeastFacing);
+    vec2 tilt = n_light.xy / max(-n_light.z, kMinFacing);
     float shut = 0.0;
     // The same samples give the mean height of the tissue that hides a part of the lamp.
     vec2 hiding = vec2(kUsualHeight, 1.0) * kUsualWeight;

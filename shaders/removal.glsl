@@ -4,7 +4,7 @@
 // Returns the volume (m³) that a sphere represents, including its part of the gaps between the spheres.
 double counted(Sphere s) {
   double r = radius_of(s);
-  precise double least = kLeast * s.base_radius;
+  precise double least = kMin * s.base_radius;
   if (!(r > least)) return 0.0LF;
   if (!(s.overlap > 0.0LF)) return s.base_volume;
   double base = ball_volume(s.base_radius);

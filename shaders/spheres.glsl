@@ -28,7 +28,7 @@ layout(set = 0, binding = 1, std430) buffer Bounds { vec4 bounds[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Balls { Ball balls[]; };
 
 const double kPi = 3.14159265358979323846LF;
-const double kLeast = 1e-3LF;
+const double kMin = 1e-3LF;
 const double kSameSide = 0.5LF;
 const double kTouching = 1e-13LF;
 
@@ -47,7 +47,7 @@ double radius_of(Sphere s) {
 // Returns the radius as the CPU's tree uses it: 0 if the sphere has disappeared.
 double tree_radius(Sphere s) {
   double r = radius_of(s);
-  precise double least = kLeast * s.base_radius;
+  precise double least = kMin * s.base_radius;
   return r > least ? r : 0.0LF;
 }
 dvec3 center_of(Sphere s) {

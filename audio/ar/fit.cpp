@@ -38,7 +38,7 @@ constexpr std::size_t kSamplesPerOrder = 10;
 // Speed changes (highest − lowest) / mean above this are removed before the fit.
 constexpr double kConstantSpeed = 0.002;
 // Largest allowed FitOptions::hold_out.
-constexpr double kMostHeldOut = 0.9;
+constexpr double kMaxHeldOut = 0.9;
 // Length of the Welch window, s; resolves about as finely as a model of order 300 at 48 kHz.
 constexpr double kWelchWindow = 1024.0 / 48000;
 
@@ -286,8 +286,8 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     throw Error("--part", "", "\"" + options.part + "\"", "run-up, idle, load or run-down");
   }
 
-  if (!(options.hold_out >= 0 && options.hold_out <= kMostHeldOut)) {
-    throw Error("--hold-out", "", fmt::to_string(options.hold_out), fmt::format("0 to {}", kMostHeldOut));
+  if (!(options.hold_out >= 0 && options.hold_out <= kMaxHeldOut)) {
+    throw Error("--hold-out", "", fmt::to_string(options.hold_out), fmt::format("0 to {}", kMaxHeldOut));
   }
 
   const Recording recording = read_recording(file);
@@ -435,9 +435,8 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   if (estimate.refactored) {
     report.notes.push_back("the least-squares solution was not stable: replaced by the stable model of its spectrum");
   }
-  for (const double k : estimate.reflection)
-    report.largest_reflection = std::max(report.largest_reflection, std::abs(k));
-  if (!(estimate.variance > 1e-11 * mean_power(x)) || !(report.largest_reflection < 1)) {
+  for (const double k : estimate.reflection) report.max_reflection = std::max(report.max_reflection, std::abs(k));
+  if (!(estimate.variance > 1e-11 * mean_power(x)) || !(report.max_reflection < 1)) {
     throw Error(file.string(), "",
                 fmt::format("pure tones: the residual is {:.0f} dB below the sound",
                             in_dB(mean_power(x)) - in_dB(estimate.variance)),

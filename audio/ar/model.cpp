@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr std::size_t kMostLines = 64, kMostLineOrder = 128;
+constexpr std::size_t kMaxLines = 64, kMaxLineOrder = 128;
 
 double power_of_process(const std::vector<double>& reflection, double gain) {
   double power = gain * gain;
@@ -32,9 +32,9 @@ std::vector<double> read_reflection(const Json& array, std::size_t most) {
   return reflection;
 }
 
-LineNoise read_noise(const Json& json, double most_gain) {
+LineNoise read_noise(const Json& json, double max_gain) {
   json.allow_only({"gain", "reflection_coefficients"});
-  return {read_reflection(json["reflection_coefficients"], kMostLineOrder), json["gain"].number(0, most_gain)};
+  return {read_reflection(json["reflection_coefficients"], kMaxLineOrder), json["gain"].number(0, max_gain)};
 }
 
 ModelLine read_line(const Json& json, double rate) {
@@ -122,8 +122,8 @@ ArModel load_model(const std::filesystem::path& file) {
   if (const auto lines = json.find("lines")) {
     if (!lines->is_array()) lines->fail("an array of lines");
     for (const Json& line : lines->items()) model.lines.push_back(read_line(line, model.rate));
-    if (model.lines.size() > kMostLines)
-      lines->fail(fmt::format("{} lines", model.lines.size()), fmt::format("at most {}", kMostLines));
+    if (model.lines.size() > kMaxLines)
+      lines->fail(fmt::format("{} lines", model.lines.size()), fmt::format("at most {}", kMaxLines));
   }
   if (const auto order = json.find("order"); order && order->integer() != static_cast<long long>(model.order())) {
     order->fail(std::to_string(model.order()) + ", the number of reflection coefficients");

@@ -16,7 +16,7 @@ namespace {
 constexpr double kShortest = 0.5, kLongest = 60;
 // Smallest prominence of a line that is followed, dB above its surroundings.
 constexpr double kProminence = 10;
-constexpr std::size_t kMostTried = 6;  // largest number of spectral lines that are tried, strongest first
+constexpr std::size_t kMaxTried = 6;  // largest number of spectral lines that are tried, strongest first
 // Length of the moving averages, s. A spindle has inertia, so its speed changes slowly.
 constexpr double kSmoothing = 0.3;
 constexpr int kPasses = 3;  // number of successive moving averages; the result is nearly Gaussian
@@ -72,7 +72,7 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
   const double duration = static_cast<double>(x.size()) / rate;
   if (duration < kShortest || duration > kLongest) return {};
   const auto lines = spectral_lines(x, rate, kProminence);
-  for (std::size_t i = 0; i < std::min(kMostTried, lines.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMaxTried, lines.size()); ++i) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));

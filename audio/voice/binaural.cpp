@@ -11,7 +11,7 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kOmega = kSpeedOfSound / kHeadRadius;  // rad/s, ω0 in the filter of the acoustic shadow
-constexpr double kLeastShadow = 0.1;                    // α_min, smallest factor of the acoustic shadow
+constexpr double kMinShadow = 0.1;                      // α_min, smallest factor of the acoustic shadow
 constexpr double kDarkest = 150.0 / 180 * kPi;          // rad, θ_min: angle with the deepest acoustic shadow
 constexpr int kReach = 2;                               // samples on each side that the interpolation reads
 
@@ -36,7 +36,7 @@ double ear_delay(double angle) {
 }
 
 double ear_shadow(double angle) {
-  return 1 + kLeastShadow / 2 + (1 - kLeastShadow / 2) * std::cos(angle / kDarkest * kPi);
+  return 1 + kMinShadow / 2 + (1 - kMinShadow / 2) * std::cos(angle / kDarkest * kPi);
 }
 
 Binaural::Binaural(double sample_rate) : rate_(sample_rate), glide_(1 - std::exp(-1 / (kGlide * sample_rate))) {

@@ -11,7 +11,7 @@ inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typic
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
 inline constexpr double kEdgeArea = 2e-6;        // m², contact that doubles the power of the working sound
-inline constexpr double kLargestArea = 20e-6;    // m², larger contacts sound alike
+inline constexpr double kMaxArea = 20e-6;        // m², larger contacts sound alike
 inline constexpr double kBrightForce = 1.5;      // N, force that gives 63 % of the largest brightness
 // Removal rate for 63 % of the largest brightness, m³/s.
 inline constexpr double kBrightRemoval = 0.5e-9;
@@ -26,7 +26,7 @@ inline double load_of(double area, double force, double removal) noexcept {
 }
 /// Amplitude of the working sound, 1 for a typical contact. The powers of edges that cut independently add up.
 inline double loudness_of(double area) noexcept {
-  const auto power = [](double a) { return 1 + std::min(a, kLargestArea) / kEdgeArea; };
+  const auto power = [](double a) { return 1 + std::min(a, kMaxArea) / kEdgeArea; };
   return std::sqrt(power(area) / power(kTypicalArea));
 }
 /// Brightness as a fraction of its largest value, 0..1.

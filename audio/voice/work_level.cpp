@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kPoints = 8193;
 // Sampling rate of a usual device, Hz.
 constexpr double kRate = 48000;
-constexpr double kMostBright = 30;  // largest gain of the frequencies above kBrightFrom
+constexpr double kMaxBright = 30;  // largest gain of the frequencies above kBrightFrom
 
 /// Mean power of the whole sound and of its high frequencies, full scale².
 struct Power {
@@ -87,7 +87,7 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
     gain = (wanted_all - fixed.all) / scaled.all;
     return fixed.high + gain * scaled.high - wanted_high;
   };
-  double low = 0, high = kMostBright;
+  double low = 0, high = kMaxBright;
   if (excess(low) > 0 || excess(high) < 0) return false;
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (low + high);

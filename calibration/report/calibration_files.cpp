@@ -21,8 +21,8 @@ namespace typodont::calibration {
 namespace {
 
 // If all coordinates are below this, the file probably contains metres, not mm; m.
-constexpr double kSmallestReach = 3e-3;
-constexpr double kLargestReach = 10;       // m, largest plausible distance of a point from the origin
+constexpr double kMinReach = 3e-3;
+constexpr double kMaxReach = 10;           // m, largest plausible distance of a point from the origin
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 
 /// Names of the columns; empty if there is no header.
@@ -70,13 +70,13 @@ struct LengthColumns {
     const std::string place = fmt::format("columns {}", fmt::join(names, ","));
     std::array<std::string, 3> other = names;
     for (std::string& name : other) name = name.substr(0, name.rfind('_')) + (metres ? "_mm" : "_m");
-    if (reach > kLargestReach) {
+    if (reach > kMaxReach) {
       throw Error(
           file.string(), place, fmt::format("a coordinate of {:.6g} {}", reach / unit, metres ? "m" : "mm"),
           metres ? fmt::format("at most 10 m; name the columns {} where they are millimetres", fmt::join(other, ","))
                  : "at most 10000 mm");
     }
-    if (!metres && reach > 0 && reach <= kSmallestReach) {
+    if (!metres && reach > 0 && reach <= kMinReach) {
       throw Error(file.string(), place, fmt::format("no coordinate larger than {:.4g} mm", reach / unit),
                   fmt::format("more than 3 mm; name the columns {} where they are metres", fmt::join(other, ",")));
     }

@@ -444,7 +444,7 @@ double rounding_of(Points p_H, Points p_D) {
   return 64 * std::numeric_limits<double>::epsilon() * largest;
 }
 
-Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least) {
+Agreement max_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least) {
   if (!(options.known_sigma > 0)) return Consensus(p_H, p_D, options.false_alarm).find();
   Indices everyone(p_H.size());
   std::iota(everyone.begin(), everyone.end(), 0u);

@@ -36,6 +36,6 @@ struct Agreement {
   double log_nfa = std::numeric_limits<double>::infinity();
 };
 /// With known noise, sets smaller than `least` may be missed.
-Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
+Agreement max_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

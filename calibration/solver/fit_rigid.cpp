@@ -9,7 +9,7 @@ namespace typodont::calibration {
 namespace {
 
 // Eigenvectors by cyclic Jacobi, used for two nearly equal eigenvalues.
-dquat largest_eigenvector(double K[4][4]) noexcept {
+dquat max_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
     double off = 0, total = 0;
@@ -120,7 +120,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R *= 1 / std::sqrt(length2);
   } else {
     for (int i = 0; i < 4; ++i) K[i][i] += lambda;
-    R = glm::normalize(largest_eigenvector(K));
+    R = glm::normalize(max_eigenvector(K));
   }
 
   // Two Newton steps δ refine the rotation: maximise tr(exp(-[δ]) B), B = M Rᵀ, by (tr B - sym B) δ = axial(B).

@@ -33,12 +33,12 @@ constexpr double kLever = 0.1;
 constexpr double kFloor = 1e-13;  // rad and m, rounding error
 // Number of random triples of rows; with half of the pairs good, all are bad with a probability of 1e-23.
 constexpr std::size_t kTriples = 400;
-constexpr std::size_t kRefined = 10;       // number of best random samples that concentrate() improves
-constexpr std::size_t kLeastToReject = 8;  // number of pairs below which none is rejected
+constexpr std::size_t kRefined = 10;     // number of best random samples that concentrate() improves
+constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is rejected
 // Number of pairs from which the noise is estimated as a full 6×6 matrix.
-constexpr std::size_t kLeastForFullNoise = 20;
+constexpr std::size_t kMinForFullNoise = 20;
 // Smallest rms rotations that determine X and Z, rad.
-constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
+constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
 // Smallest rotation / noise for which anything is determined.
 constexpr double kTurnOverNoise = 4;
 
@@ -132,16 +132,16 @@ class Solver {
     Indices rows(n_);
     std::iota(rows.begin(), rows.end(), 0u);
     find_turns(rows);
-    if (result_.second_turn < kLeastSecondTurn || result_.main_turn < kLeastMainTurn) {
+    if (result_.second_turn < kMinSecondTurn || result_.main_turn < kMinMainTurn) {
       refuse_turns(0);
       keep(closed_form(rows), rows);
       return std::move(result_);
     }
-    if (options_.reject_outliers && n_ >= kLeastToReject) rows = trimmed_rows();
+    if (options_.reject_outliers && n_ >= kMinToReject) rows = trimmed_rows();
     Unknowns at = closed_form(rows);
     for (int round = 0; round < 30; ++round) {
       refine(at, rows);
-      if (!options_.reject_outliers || n_ < kLeastToReject) break;
+      if (!options_.reject_outliers || n_ < kMinToReject) break;
       Indices next = rows_within(at, rotation_sigma_, translation_sigma_, rows.size());
       if (next == rows || next.size() < 4) break;
       rows = std::move(next);
@@ -296,7 +296,7 @@ class Solver {
     variances << Vector3d::Constant(rotation_sigma_ * rotation_sigma_),
         Vector3d::Constant(translation_sigma_ * translation_sigma_);
     const Matrix6 diagonal = variances.asDiagonal();
-    if (rows.size() < kLeastForFullNoise) return diagonal;
+    if (rows.size() < kMinForFullNoise) return diagonal;
     return sum / (count - parameters_ / 6.0) + 1e-6 * diagonal;
   }
 
@@ -351,7 +351,7 @@ class Solver {
     }
     // The mean of an inverse Wishart distribution is too large by ν / (ν - 7).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
-    const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
+    const double inflation = rows.size() < kMinForFullNoise ? 1 : nu / (nu - 7);
     // Scaled by the diagonal's roots, because the units differ.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
@@ -383,14 +383,14 @@ class Solver {
   }
 
   void refuse_turns(double noise) {
-    const double least_main = std::max(kLeastMainTurn, kTurnOverNoise * noise);
-    const double least_second = std::max(kLeastSecondTurn, kTurnOverNoise * noise);
-    if (result_.main_turn < least_main) {
+    const double min_main = std::max(kMinMainTurn, kTurnOverNoise * noise);
+    const double min_second = std::max(kMinSecondTurn, kTurnOverNoise * noise);
+    if (result_.main_turn < min_main) {
       result_.not_determined = fmt::format(
           "the arm turned by {:.2f}° rms only: neither rotation nor translation is determined; turn the "
           "stylus by 30° and more, about two axes",
           result_.main_turn / kDegree);
-    } else if (result_.second_turn < least_second) {
+    } else if (result_.second_turn < min_second) {
       result_.not_determined = fmt::format(
           "all turns are about one axis, ({:.3f}, {:.3f}, {:.3f}) in S: the translation along it is not determined; "
           "turn the stylus about a second axis too, by 30° and more",

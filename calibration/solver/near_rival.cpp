@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // smallest number of pairs that determine a motion
+constexpr std::size_t kMin = 3;        // smallest number of pairs that determine a motion
 constexpr std::size_t kSearched = 64;  // largest number of pairs in the coarse search
 
 // Two motions from H to D, and the pairs that follow each.
@@ -51,7 +51,7 @@ class Splitter {
         next[b < a ? 1 : 0].push_back(i);
         sse += std::min(a, b);
       }
-      if (next[0].size() < kLeast || next[1].size() < kLeast) return false;
+      if (next[0].size() < kMin || next[1].size() < kMin) return false;
       const bool same = next[0] == halves.pairs[0];
       for (int side = 0; side < 2; ++side) {
         halves.pairs[side].swap(next[side]);
@@ -78,7 +78,7 @@ double log_choose(std::size_t n, std::size_t k) {
 std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::size_t> pairs, double known_sigma,
                                   double rounding) {
   const std::size_t m = pairs.size();
-  if (m < 2 * kLeast) return std::nullopt;
+  if (m < 2 * kMin) return std::nullopt;
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
@@ -118,7 +118,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const dvec3 r = X * p_H[i] - p_D[i];
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
-  if (up.size() >= kLeast) start_from(splitter.fit(up));
+  if (up.size() >= kMin) start_from(splitter.fit(up));
   // A quarter of all triples belong to one motion. Tries all triples, or 48 random ones.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
@@ -182,7 +182,7 @@ double assign_to_nearer(Points p_H, Points p_D, double limit, Split& split) {
       if (std::min(a, b) > limit2) continue;
       (a <= b ? first : second).push_back(i);
     }
-    if (first.size() < kLeast || second.size() < kLeast) break;
+    if (first.size() < kMin || second.size() < kMin) break;
     const bool same = first == split.first && second == split.second;
     split.first = std::move(first), split.second = std::move(second);
     if (same) break;

@@ -69,7 +69,7 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
-  const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
+  const Fit mirrored = max_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
   // A flat set is its own mirror image. For other sets, smaller residuals or more pairs decide.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);

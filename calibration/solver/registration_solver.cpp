@@ -125,7 +125,7 @@ class Registration {
     fit_ = fit_to(p_H_, p_D_, everyone_);
     exact_ = fit_.sse <= static_cast<double>(n_) * rounding_ * rounding_;
     if (!options_.reject_outliers || n_ < 4 || exact_) return;
-    Agreement best = largest_agreement(p_H_, p_D_, options_, 3);
+    Agreement best = max_agreement(p_H_, p_D_, options_, 3);
     consensus_ = best.log_nfa < 0;
     if (consensus_) fit_ = std::move(best.fit);
   }
@@ -190,7 +190,7 @@ class Registration {
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
       // Largest probability that another motion is chance; larger with known noise, so that four pairs suffice.
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
-      const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
+      const auto [rival, log_nfa] = max_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // Pairs that agree only loosely are bad touches, not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;

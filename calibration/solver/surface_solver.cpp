@@ -19,8 +19,8 @@ namespace {
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr std::size_t kLeastPoints = 100;
-constexpr int kMostRounds = 200;
+constexpr std::size_t kMinPoints = 100;
+constexpr int kMaxRounds = 200;
 // Smallest cosine between the normals of both surfaces.
 constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
@@ -72,9 +72,9 @@ class SurfaceFit {
   SurfaceRegistration solve(const Pose& start) {
     X_ = start;
     limit_ = options_.start_reach;
-    for (result_.rounds = 1; result_.rounds <= kMostRounds; ++result_.rounds) {
+    for (result_.rounds = 1; result_.rounds <= kMaxRounds; ++result_.rounds) {
       look();
-      if (residuals_.size() < kLeastPoints / 2) break;
+      if (residuals_.size() < kMinPoints / 2) break;
       const double target = robust_limit();
       const bool settled = limit_ <= target;
       limit_ = std::max(target, kShrink * limit_);
@@ -213,30 +213,30 @@ class SurfaceFit {
 
   void judge(const Pose& start) {
     std::string& why = result_.distrust;
-    if (residuals_.size() < kLeastPoints / 2 || result_.area < options_.least_area) {
+    if (residuals_.size() < kMinPoints / 2 || result_.area < options_.min_area) {
       why = fmt::format(
           "{:.1f} mm² of the scan agree with the other surface, expected at least {:.0f} mm²: the start may be wrong",
-          result_.area / kSquareMillimetre, options_.least_area / kSquareMillimetre);
+          result_.area / kSquareMillimetre, options_.min_area / kSquareMillimetre);
     } else if (!result_.converged) {
-      why = fmt::format("no convergence in {} rounds", kMostRounds);
-    } else if (result_.median > options_.resolution || result_.agreement < options_.least_agreement) {
+      why = fmt::format("no convergence in {} rounds", kMaxRounds);
+    } else if (result_.median > options_.resolution || result_.agreement < options_.min_agreement) {
       why = fmt::format(
           "{:.0f} % of the scan near the other surface agree with it within {:.2f} mm (median residual {:.3f} mm), "
           "expected at least {:.0f} % and a median below {:.2f} mm: it may be another mouth, or a wrong start",
-          100 * result_.agreement, limit_ / kMillimetre, result_.median / kMillimetre, 100 * options_.least_agreement,
+          100 * result_.agreement, limit_ / kMillimetre, result_.median / kMillimetre, 100 * options_.min_agreement,
           options_.resolution / kMillimetre);
-    } else if (undetermined_ || result_.predicted_error > options_.most_error) {
+    } else if (undetermined_ || result_.predicted_error > options_.max_error) {
       why = undetermined_ ? "the surface does not determine the pose"
                           : fmt::format("the predicted error is {:.2f} mm, expected at most {:.2f} mm",
-                                        result_.predicted_error / kMillimetre, options_.most_error / kMillimetre);
-    } else if (const double moved = glm::length(X_ * centroid_S_ - start * centroid_S_); moved > kMostMove) {
+                                        result_.predicted_error / kMillimetre, options_.max_error / kMillimetre);
+    } else if (const double moved = glm::length(X_ * centroid_S_ - start * centroid_S_); moved > kMaxMove) {
       why = fmt::format("the fine registration moved the scan by {:.1f} mm from the start, expected at most {:g} mm",
-                        moved / kMillimetre, kMostMove / kMillimetre);
+                        moved / kMillimetre, kMaxMove / kMillimetre);
     }
   }
 
   // Largest plausible motion from the start, m; farther could be the next tooth (5 mm).
-  static constexpr double kMostMove = 3e-3;
+  static constexpr double kMaxMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
   const SurfaceField& field_;
@@ -255,9 +255,8 @@ class SurfaceFit {
 
 SurfaceRegistration register_surface(std::span<const SurfacePoint> points, const SurfaceField& field,
                                      const Pose& X_DS_start, const SurfaceOptions& options) {
-  if (points.size() < kLeastPoints) {
-    throw Error(
-        fmt::format("surface registration: found {} points, expected at least {}", points.size(), kLeastPoints));
+  if (points.size() < kMinPoints) {
+    throw Error(fmt::format("surface registration: found {} points, expected at least {}", points.size(), kMinPoints));
   }
   return SurfaceFit(points, field, options).solve(X_DS_start);
 }

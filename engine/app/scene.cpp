@@ -51,8 +51,8 @@ constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per
 constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimetre
 // Ranges of the force and torque limits that a scene may state. The largest values suffice for reaming an acetabulum
 // (hip socket), which needs 200 N; a 60 mm reamer then needs 6 N·m at its rim.
-constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N, smallest and largest force limit
-constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m, smallest and largest torque limit
+constexpr double kMinForceLimit = 0.1, kMaxForceLimit = 300;    // N, smallest and largest force limit
+constexpr double kMinTorqueLimit = 1e-3, kMaxTorqueLimit = 20;  // N·m, smallest and largest torque limit
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 /// Finds the mesh files to which a scene's solids refer: first beside the scene's file, then in the assets.
@@ -280,9 +280,9 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
   servo.boundary_walls = json.boolean_or("boundary_walls", true);
-  servo.force_limit = json.number_or("force_limit_N", servo.force_limit, kLeastForceLimit, kMostForceLimit);
+  servo.force_limit = json.number_or("force_limit_N", servo.force_limit, kMinForceLimit, kMaxForceLimit);
   servo.torque_limit = json.number_or("torque_limit_Nmm", servo.torque_limit / kNewtonMillimetre,
-                                      kLeastTorqueLimit / kNewtonMillimetre, kMostTorqueLimit / kNewtonMillimetre) *
+                                      kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre) *
                        kNewtonMillimetre;
 
   if (const auto vibration = json.find("vibration")) {

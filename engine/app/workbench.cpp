@@ -253,7 +253,7 @@ void Workbench::Impl::set_up() {
   hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
   const haptics::DeviceInfo& hand = hands.right->info();
   if (!options.no_real_time) require_real_time(hands);
-  s.serve(hand, options.most_delay);
+  s.serve(hand, options.max_delay);
   explain("hand: " + in_words(hand));
   explain(hands.left ? fmt::format("left hand, with the {}: {}", hand_holds_suction(scene) ? "suction" : "mouth mirror",
                                    in_words(hands.left->info()))

@@ -54,7 +54,7 @@ struct WorkbenchOptions {
   // For experiments (engine/app/experiment/). True: status() contains the newest tick even if nothing is drawn; the
   // picture shows the text of say() instead of the keys; no picture shows the force.
   bool steered = false;
-  double most_delay = 0;  // s, maximum of SessionSettings::force_delay; 0: the session cannot delay forces
+  double max_delay = 0;  // s, maximum of SessionSettings::force_delay; 0: the session cannot delay forces
 
   // The next options are for the operator's window (engine/app/operator/).
   bool operated = false;  // true: score and timing are computed during the session

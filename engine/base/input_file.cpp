@@ -67,7 +67,7 @@ std::string_view name_of(InputKind kind) noexcept {
   return entry(kind).name;
 }
 
-std::uintmax_t largest_input(InputKind kind) noexcept {
+std::uintmax_t max_input(InputKind kind) noexcept {
   return entry(kind).largest;
 }
 
@@ -86,9 +86,9 @@ std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind) 
   if (S_ISCHR(s.st_mode) || S_ISBLK(s.st_mode)) refuse("a device");
   if (!S_ISREG(s.st_mode)) refuse("no regular file");
   const auto size = static_cast<std::uintmax_t>(s.st_size);
-  if (size > largest_input(kind)) {
+  if (size > max_input(kind)) {
     throw Error(file.string(), "", in_words(size),
-                fmt::format("{} of at most {}", name_of(kind), in_words(largest_input(kind))));
+                fmt::format("{} of at most {}", name_of(kind), in_words(max_input(kind))));
   }
   if (!g_remembers) return size;
   if (const auto identity = identity_of(file)) {
@@ -107,7 +107,7 @@ std::ifstream open_input(const std::filesystem::path& file, InputKind kind) {
 }
 
 std::string read_input(const std::filesystem::path& file, InputKind kind) {
-  const std::uintmax_t most = largest_input(kind);
+  const std::uintmax_t most = max_input(kind);
   std::ifstream in = open_input(file, kind);
   std::string bytes;
   std::array<char, 1 << 16> piece;

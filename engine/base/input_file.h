@@ -10,19 +10,19 @@
 
 namespace typodont {
 
-/// Kinds of input files, each with a maximum size, largest_input().
+/// Kinds of input files, each with a maximum size, max_input().
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
 /// The kind's name for messages, e.g. "a JSON file".
 std::string_view name_of(InputKind kind) noexcept;
 /// Maximum size, bytes. Larger files are refused without reading them.
-std::uintmax_t largest_input(InputKind kind) noexcept;
+std::uintmax_t max_input(InputKind kind) noexcept;
 
 /// After this call, files that are read are remembered and never overwritten. Only for the command line: the operator's
 /// window and host programs read and write the same files repeatedly.
 void remember_inputs() noexcept;
 
-/// Checks that the file (or the target of the link) is a regular file of at most largest_input(kind) bytes, without
+/// Checks that the file (or the target of the link) is a regular file of at most max_input(kind) bytes, without
 /// opening it, and remembers it. Returns its size, bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
 /// Calls require_input() and reads all bytes of the file.

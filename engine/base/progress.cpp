@@ -53,8 +53,8 @@ void Progress::show() {
   if (step == shown_ || now() - began_ < kPatience) return;
   shown_ = step;
   const double done = this->fraction(), passed = to_seconds(now() - began_);
-  constexpr double kLeast = 0.01;  // smallest finished fraction for which the time left is shown
-  const std::string left = done > kLeast && done < 1 ? fmt::format(", {:.0f} s left", passed * (1 - done) / done) : "";
+  constexpr double kMin = 0.01;  // smallest finished fraction for which the time left is shown
+  const std::string left = done > kMin && done < 1 ? fmt::format(", {:.0f} s left", passed * (1 - done) / done) : "";
   log::raw(terminal_ ? fmt::format("\r{}: {:3d} %{:14}", line_, step, left)
                      : fmt::format("{}: {} %{}\n", line_, step, left));
 }

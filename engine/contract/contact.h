@@ -26,17 +26,16 @@ enum class Fault : std::uint32_t {
   // of the tissue slowly.
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: the force is zero
-  kRingFull = 1u << 6,    // the ring buffer to the carver was full, and a cut was lost. The force continues.
-  kSlewLimit = 1u << 7,   // the force rose faster than the device allows, so its rate of change was limited
-  kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
+  // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool moves back along the
+  // path on which it came.
+  kWedged = 1u << 6,
+  kSlewLimit = 1u << 7,  // the force rose faster than the device allows, so its rate of change was limited
+  kOverrun = 1u << 8,    // the tick took longer than its period, so the force was written late
   kLetGo = 1u << 9,  // the servo was late and the motors were switched off, so the hand did not receive the last force
   // The user presses the pedal of a filling instrument, but there is no free space near the tool, so nothing was
   // filled.
   kNoRoom = 1u << 10,
   kHeld = 1u << 11,  // the emergency key is on: the drill does not drill, and the hand feels no force
-  // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool moves back along the
-  // path on which it came.
-  kWedged = 1u << 12,
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);

@@ -15,16 +15,16 @@ namespace typodont {
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;
-  static constexpr double kSmallest = 100;  // ns, upper edge of the first bin
+  static constexpr double kMin = 100;  // ns, upper edge of the first bin
   std::array<std::uint32_t, kBins> counts{};
 
   static int bin(Nanos duration) noexcept {
-    if (!(static_cast<double>(duration) > kSmallest)) return 0;
-    const double octaves = std::log2(static_cast<double>(duration) / kSmallest);
+    if (!(static_cast<double>(duration) > kMin)) return 0;
+    const double octaves = std::log2(static_cast<double>(duration) / kMin);
     return std::min(kBins - 1, 1 + static_cast<int>(octaves * kPerOctave));
   }
   /// Upper edge of bin i, ns.
-  static double upper_edge(int i) noexcept { return kSmallest * std::exp2(static_cast<double>(i) / kPerOctave); }
+  static double upper_edge(int i) noexcept { return kMin * std::exp2(static_cast<double>(i) / kPerOctave); }
 
   void add(Nanos duration) noexcept { ++counts[static_cast<std::size_t>(bin(duration))]; }
   std::uint64_t total() const noexcept {

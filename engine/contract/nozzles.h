@@ -13,7 +13,7 @@ struct Nozzles {
   double cone = 0.1;
   double speed = 6;  // m/s, speed of a droplet at the nozzle
   // Smallest and largest diameter of a droplet, m. The diameters are uniform in their logarithm.
-  double least_drop = 80e-6, greatest_drop = 250e-6;
+  double min_drop = 80e-6, max_drop = 250e-6;
 };
 
 }  // namespace typodont

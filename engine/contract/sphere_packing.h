@@ -19,7 +19,7 @@ struct SpherePacking {
   std::uint64_t seed = 0;         // seed of the packer's random numbers
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue that was packed
   double max_radius = 0;          // m, largest radius that the packer was allowed to use
-  double largest_hole = 0;        // m, radius of the largest sphere that would still fit
+  double max_hole = 0;            // m, radius of the largest sphere that would still fit
   PerTissue solid_volume{};       // m³ for each tissue: volume of the tissue; the spheres fill a part of it
 
   std::size_t size() const { return radius.size(); }

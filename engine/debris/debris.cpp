@@ -23,7 +23,7 @@ constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();
 // steps after which a resting particle checks whether the tissue below it is still there
 constexpr std::uint32_t kRestSteps = 1024;
-constexpr std::uint32_t kMostSteps = 1024;  // most steps between full updates of a moving particle
+constexpr std::uint32_t kMaxSteps = 1024;  // most steps between full updates of a moving particle
 // Number of particles per group. `first_due` stores the earliest update of each group.
 constexpr std::size_t kGroup = 32;
 constexpr double kRestSpeed = 0.05;  // m/s, speed after a bounce below which a particle comes to rest
@@ -55,8 +55,8 @@ struct Debris::State {
   std::size_t first = 0, count = 0;
   double time = 0;
   float last_dt = 0;  // s, step length for which `keep` was computed
-  // starts at kMostSteps, so that set_due_within() computes no negative numbers
-  std::uint32_t step = kMostSteps;
+  // starts at kMaxSteps, so that set_due_within() computes no negative numbers
+  std::uint32_t step = kMaxSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
   double gravity = 0;               // m/s², magnitude of the acceleration of gravity
@@ -87,7 +87,7 @@ struct Debris::State {
   // group, so particles of one group are due together and the groups one after the other.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
-    const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
+    const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMaxSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
   // Removes a particle and returns its remaining mass in kg.
@@ -165,7 +165,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
   // smallest possible number of steps until the particle reaches tissue or the nozzle
-  double undisturbed_steps = kMostSteps;
+  double undisturbed_steps = kMaxSteps;
   if (field.distance && contact.inside) {
     // Uses the larger of two bounds. The interpolated distance errs by at most half the spacing, and changes by at most
     // √3 m per m.
@@ -179,7 +179,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   if (suction)
     undisturbed_steps =
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
-  auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
+  auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMaxSteps}));
   if (reynolds > kStokesReynolds) {
     // Relative change of the drag rate per relative change of the speed, where `factor` = 1 + 0.15 Re^0.687.
     const double sensitivity = 0.687 * (factor - 1) / factor;
@@ -202,7 +202,7 @@ Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>())
   s.due.assign(options.capacity, kNever);
   s.first_due.assign(options.capacity / kGroup + 1, kNever);
   s.chips.resize(options.capacity);
-  s.new_particles.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options.most_per_cut));
+  s.new_particles.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options.max_per_cut));
 }
 Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
@@ -223,7 +223,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
     const double mass = density * volume;
     born[tissue] += mass;
     const auto wanted = static_cast<std::size_t>(
-        std::clamp(std::ceil(volume / options.parcel_volume), 1.0, static_cast<double>(options.most_per_cut)));
+        std::clamp(std::ceil(volume / options.parcel_volume), 1.0, static_cast<double>(options.max_per_cut)));
     const std::size_t number = std::min(wanted, std::min(room, out.size()) - count);
     if (number == 0) {
       dropped += mass;
@@ -248,7 +248,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
         const double into = glm::dot(v, n);
         if (into < 0) v -= 2 * into * n;
       }
-      const double chip = options.least_chip * std::pow(options.greatest_chip / options.least_chip, random.uniform());
+      const double chip = options.min_chip * std::pow(options.max_chip / options.min_chip, random.uniform());
       out[count++] = {centre + head_radius * side, v, chip, density, fraction, static_cast<Tissue>(t)};
     }
   }

@@ -37,11 +37,11 @@ struct Suction {
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  // m³ of tissue per particle; larger if `most_per_cut` or the buffer limits the number of particles
+  // m³ of tissue per particle; larger if `max_per_cut` or the buffer limits the number of particles
   double parcel_volume = 1e-12;
-  int most_per_cut = 32;
+  int max_per_cut = 32;
   // m, smallest and largest diameter of a chip; its logarithm is uniformly distributed
-  double least_chip = 5e-6, greatest_chip = 50e-6;
+  double min_chip = 5e-6, max_chip = 50e-6;
   double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s², frame W, acceleration of gravity
@@ -85,7 +85,7 @@ struct NewParticle {
 };
 
 /// Creates at most `room` particles of one cut and returns their number. Mass = density × removed volume; mass without
-/// a particle is added to `dropped`. `out` needs kTissueCount · most_per_cut entries.
+/// a particle is added to `dropped`. `out` needs kTissueCount · max_per_cut entries.
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept;

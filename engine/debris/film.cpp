@@ -11,7 +11,7 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; a smooth surface has eight
+constexpr int kMaxNeighbours = 16;  // largest number of neighbours of a cell; a smooth surface has eight
 // largest fraction of a cell's content that may flow out per substep; a larger fraction is unstable
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
@@ -33,9 +33,9 @@ struct Film::State {
     float tilt = 0;    // cosine between the normal and `up`
     bool drains = false;
     std::uint8_t count = 0;
-    std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
+    std::array<std::int32_t, kMaxNeighbours> next{};  // indices of the neighbouring cells (slots)
     // For the link to each neighbour: its width divided by its length.
-    std::array<float, kMostNeighbours> width{};
+    std::array<float, kMaxNeighbours> width{};
   };
   FilmOptions options;
   CoarseField field;
@@ -155,14 +155,14 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
   // for each neighbour: x², xy, y² of its d_k in the tangent plane, in grid spacings
-  std::array<glm::dvec3, kMostNeighbours> products;
+  std::array<glm::dvec3, kMaxNeighbours> products;
   double squares = 0;
   glm::ivec3 d;
   for (d.x = -1; d.x <= 1; ++d.x)
     for (d.y = -1; d.y <= 1; ++d.y)
       for (d.z = -1; d.z <= 1; ++d.z) {
         const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
-        if (j < 0 || cell.count == kMostNeighbours) continue;
+        if (j < 0 || cell.count == kMaxNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
         if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on a thin wall's opposite face
         const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
@@ -212,7 +212,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
               cells.emplace_back(), load.emplace_back(), gain.emplace_back();
               is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
               level.push_back(0), content.push_back(0), rate.push_back(0);
-              flux.resize(flux.size() + kMostNeighbours);
+              flux.resize(flux.size() + kMaxNeighbours);
             } else {
               at = free_slots.back();
               free_slots.pop_back();
@@ -263,7 +263,7 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 }
 
 void Film::State::flow(double dt) {
-  const double least = dt / options.most_substeps, per_kg = 1 / options.water_density;
+  const double least = dt / options.max_substeps, per_kg = 1 / options.water_density;
   for (double left = dt; left > 0;) {
     // Computes the flow to each neighbour from the current levels.
     float fastest = 0;
@@ -276,16 +276,16 @@ void Film::State::flow(double dt) {
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
       const Cell& cell = cells[at];
-      float* out = &flux[at * kMostNeighbours];
-      std::fill_n(out, kMostNeighbours, 0.0f);
+      float* out = &flux[at * kMaxNeighbours];
+      std::fill_n(out, kMaxNeighbours, 0.0f);
       rate[at] = 0;
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
-      if (!(thick > 0) || fraction >= options.most_solids) continue;
+      if (!(thick > 0) || fraction >= options.max_solids) continue;
       // Viscosity of a suspension (Krieger & Dougherty 1959); 2.5 is the intrinsic viscosity of spheres.
       const double viscosity =
           options.water_viscosity *
-          (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
+          (fraction > 0 ? std::pow(1 - fraction / options.max_solids, -2.5 * options.max_solids) : 1);
       const auto mobility =
           static_cast<float>(options.water_density * options.gravity / (3 * viscosity)) * thick * thick * thick;
       float sum = 0, levelling = 0;
@@ -314,7 +314,7 @@ void Film::State::flow(double dt) {
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
-        const double fraction = slowed * flux[at * kMostNeighbours + static_cast<std::size_t>(k)] * part / content[at];
+        const double fraction = slowed * flux[at * kMaxNeighbours + static_cast<std::size_t>(k)] * part / content[at];
         if (!(fraction > 0)) continue;
         const std::int32_t to = cells[at].next[static_cast<std::size_t>(k)];
         const auto next = static_cast<std::size_t>(to);

@@ -28,7 +28,7 @@ struct FilmOptions {
   double water_viscosity = 1e-3;  // Pa·s, viscosity of the water at 20 °C
   // volume fraction of solids above which slurry does not flow (random packing of rough grains; Krieger & Dougherty
   // 1959)
-  double most_solids = 0.6;
+  double max_solids = 0.6;
   double clinging = 10e-6;    // m, thickness of the film that sticks to the surface and does not flow
   double hanging = 60e-6;     // m, largest thickness below an overhang; the rest drips off
   double overhang = -0.25;    // cosine between normal and `up` below which a surface is an overhang
@@ -38,7 +38,7 @@ struct FilmOptions {
   // Cells with dot(drain, (p, 1)) < 0 lose their content into the gum. All zero: no cell drains.
   glm::dvec4 drain{0};
   // largest number of substeps of a step(); if more were needed, the film flows more slowly
-  int most_substeps = 12;
+  int max_substeps = 12;
 };
 
 /// Masses of water and of each tissue in kg: deposited = on_surface + sucked + run_off + dried + flung.

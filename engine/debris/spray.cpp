@@ -76,7 +76,7 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
     const dvec3 aim = glm::normalize(tip_T - at_T);
     // in_ball() returns a point in the unit ball, each component of which has the standard deviation 1/√5.
     const dvec3 direction = glm::normalize(aim + std::sqrt(5.0) * nozzles.cone * random.in_ball());
-    const double diameter = nozzles.least_drop * std::pow(nozzles.greatest_drop / nozzles.least_drop, random.uniform());
+    const double diameter = nozzles.min_drop * std::pow(nozzles.max_drop / nozzles.min_drop, random.uniform());
     Droplet drop{.p = source.X_WT * at_T,
                  .v = source.X_WT.rotate(nozzles.speed * direction),
                  .diameter = diameter,
@@ -97,17 +97,17 @@ void Spray::State::fling(double dt, const SpraySource& source, Film& film, Rando
   if (!(load.water > 0)) return;
   add(ledger.flung, load);
   const dvec3 axis = source.X_WT.rotate({0, 0, 1}), side = across(axis), third = glm::cross(axis, side);
-  for (int k = 0; k < options.most_flung; ++k) {
+  for (int k = 0; k < options.max_flung; ++k) {
     const double angle = 2 * kPi * random.uniform();
     const dvec3 out = std::cos(angle) * side + std::sin(angle) * third;
     const dvec3 speed = glm::cross(source.spindle * axis, source.head_radius * out);
     Droplet drop{.p = source.X_WT.p + source.head_radius * out,
                  .v = speed + options.scatter * rim * random.in_ball() + 0.3 * rim * axis,
-                 .diameter = nozzles.least_drop,
+                 .diameter = nozzles.min_drop,
                  .age = -dt * random.uniform(),
                  .load = {},
                  .flung = true};
-    add(drop.load, load, 1.0 / options.most_flung);
+    add(drop.load, load, 1.0 / options.max_flung);
     launch(drop);
   }
 }

@@ -47,7 +47,7 @@ struct SprayOptions {
   // 1/s, fraction of the touched film that the bur throws off per time at the rim speed `fling_speed`
   double fling_rate = 5;
   double fling_speed = 20;   // m/s, rim speed of the bur at which `fling_rate` holds
-  int most_flung = 24;       // number of droplets of slurry that the bur throws off per step
+  int max_flung = 24;        // number of droplets of slurry that the bur throws off per step
   double exposure = 2.5e-4;  // s, exposure of a picture, which gives the length of a droplet's streak
 };
 

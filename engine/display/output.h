@@ -152,7 +152,7 @@ struct WindowOptions {
   bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
   /// A Compositor fills the targets; with software rendering, they are in memory.
   bool composed = false;
-  double most_frames_per_second = 120;  // Hz, limits the frame rate if presenting does not wait
+  double max_frames_per_second = 120;  // Hz, limits the frame rate if presenting does not wait
   /// Keys handled immediately: with X11, a thread of the window calls `pressed`; otherwise poll() does.
   UrgentKeys urgent;
 };

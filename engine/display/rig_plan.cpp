@@ -58,7 +58,7 @@ struct LargestBox {
 
 /// Largest box that fulfils all limits n · c + |n| · h ≤ d (c: middle, h: half size). Maximises log(h_x h_y h_z), a
 /// convex problem (Boyd & Vandenberghe 2004, 8.4.2), with a barrier method.
-LargestBox largest_box(const std::vector<Limit>& limits) {
+LargestBox max_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
   // Unknowns: c, then h; divided by `room`, so that numbers are near 1.
@@ -242,7 +242,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
           fmt::format("the middle of the work is outside: {} ({:.0f} mm)", limit.name, 1e3 * limit.offset));
   }
   if (std::any_of(limits.begin(), limits.end(), [](const Limit& limit) { return !(limit.offset > 1e-4); })) return plan;
-  const LargestBox box = largest_box(limits);
+  const LargestBox box = max_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
   // For each face of the box: finds the nearest limit in its direction.

@@ -23,10 +23,10 @@ constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14,
 
 // In units of half the picture's height: height of letters, margin, space inside a panel, radius of its corners,
 // smallest width of a panel.
-constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
-constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
+constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kMinPanel = 0.74;
+constexpr double kMinLetters = 13;  // pixels, smallest height of the letters
 // Smallest height of Chinese characters, pixels.
-constexpr double kLeastChinese = 19;
+constexpr double kMinChinese = 19;
 constexpr int kFirstChinese = 0x3000;  // smallest code of Chinese characters and punctuation
 constexpr std::string_view kGap = "   ";
 
@@ -293,14 +293,14 @@ double readable_letters(const DisplayRig& rig) {
   const double half_height = 0.5 * glm::length(seen) / distance;
   // Height of the letter x / `font::kSize`.
   const double x_height = ink_rows(*glyph('x')) / font::kSize;
-  return kLeastXHeight / (x_height * half_height);
+  return kMinXHeight / (x_height * half_height);
 }
 
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
   return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint,
                      spindle_text(hud.speed_krpm, hud.words), force_text(hud), force_fraction(hud), hud.aspect,
-                     hud.least_letters, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x,
+                     hud.min_letters, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x,
                      place.y);
 }
 
@@ -319,14 +319,14 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
   // Height of letters: in proportion to the picture, but readable, and not wider than the picture.
-  const double least = has_chinese(hud.tool + speed + hud.hint) ? kLeastChinese : kLeastLetters;
-  double h = std::max({kLetters, hud.least_letters, 2 * least / (turned ? place.x : place.y)});
+  const double least = has_chinese(hud.tool + speed + hud.hint) ? kMinChinese : kMinLetters;
+  double h = std::max({kLetters, hud.min_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
   h *= std::min(1.0, room / first_line(h));
 
   // The panel in the lower left corner: tool, speed, force.
-  const double wide = std::min(std::max(kLeastPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
+  const double wide = std::min(std::max(kMinPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
   const dvec2 lo{-map.aspect + kMargin, -1 + kMargin},
       hi{lo.x + wide, lo.y + 2 * kPad + (hud.force_shown ? 2.85 : 1.5) * h};
   Painter status(map, lo, hi);

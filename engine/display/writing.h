@@ -35,15 +35,15 @@ struct Hud {
   std::string hint;        // hint; lines may break at three spaces
   HudWords words;
   // smallest height of letters in units of half the picture's height, from readable_letters()
-  double least_letters = 0;
+  double min_letters = 0;
   glm::dmat2 upright{1.0};  // orientation of the picture, from display::upright()
   double aspect = 0;        // width / height of the picture; 0: from its pixels
 };
 
 /// Smallest angle that a lower-case x must subtend, rad. Stricter than ISO 9241-303, which requires 20 to 22' for
 /// characters.
-inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
-/// Height of letters, in units of half the picture's height, at which x subtends kLeastXHeight in the picture's middle;
+inline constexpr double kMinXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
+/// Height of letters, in units of half the picture's height, at which x subtends kMinXHeight in the picture's middle;
 /// 0: not a mirror bench.
 double readable_letters(const DisplayRig& rig);
 

@@ -15,7 +15,7 @@ namespace {
 
 using glm::dvec2;
 
-constexpr int kLeastAround = 8, kMostAround = 40;
+constexpr int kMinAround = 8, kMaxAround = 40;
 // Distance of rings on smooth parts, in triangle sides.
 constexpr double kLongStep = 2;
 // Angle between pieces of the outline above which they meet in an edge, rad.
@@ -80,7 +80,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     widest = std::max(widest, r.radius);
     off_axis = std::max(off_axis, std::abs(r.x));
   }
-  const int around = std::clamp(static_cast<int>(std::lround(2 * kPi * widest / side)), kLeastAround, kMostAround);
+  const int around = std::clamp(static_cast<int>(std::lround(2 * kPi * widest / side)), kMinAround, kMaxAround);
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
@@ -190,9 +190,9 @@ HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece, double side) {
     auto& rings = about_axis ? head : body;
     rings.insert(rings.end(), part.rings.begin(), part.rings.end());
   }
-  if (mesh.indices.size() / 3 > kMostHandpieceTriangles)
+  if (mesh.indices.size() / 3 > kMaxHandpieceTriangles)
     throw Error("", "handpiece \"" + handpiece.name + "\"", fmt::format("{} triangles", mesh.indices.size() / 3),
-                fmt::format("at most {}: fewer rings or copies", kMostHandpieceTriangles));
+                fmt::format("at most {}: fewer rings or copies", kMaxHandpieceTriangles));
   const auto sorted = [](std::vector<HandpieceRing>& rings, auto key) {
     std::stable_sort(rings.begin(), rings.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   };

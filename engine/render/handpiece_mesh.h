@@ -37,7 +37,7 @@ struct HandpieceMesh {
 inline constexpr double kKnurlPitch = 0.9e-3;
 
 /// Largest number of triangles; a file with more throws Error.
-inline constexpr std::size_t kMostHandpieceTriangles = 30'000;
+inline constexpr std::size_t kMaxHandpieceTriangles = 30'000;
 
 /// Makes the mesh. `side`: side of triangles, m. Throws Error for too many triangles.
 HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece, double side);

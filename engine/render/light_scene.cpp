@@ -24,7 +24,7 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 constexpr double kInside = 0.25;
 // Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
 // have less than this fraction of the weight, the rest of the fraction counts as dark.
-constexpr float kLeastSeen = 0.5f;
+constexpr float kMinSeen = 0.5f;
 constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
 // Exponent of the cosine that weights these rays; half of the weight is within 10°.
 constexpr float kImageLobe = 48;
@@ -37,7 +37,7 @@ constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // Distance from a surface at which its light is looked up, grid spacings.
 constexpr double kBegin = 0.5;
-constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
+constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".rays";
 
 constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
@@ -354,7 +354,7 @@ struct LightScene::Impl {
     const std::uint64_t key = key_of(box);
     if (read(cache::find(in, key, kSuffix))) return;
     cast_rays();
-    cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write(file); });
+    cache::keep(in, key, kSuffix, kMaxKept, [&](const std::filesystem::path& file) { write(file); });
   }
 
   template <class Each>
@@ -599,7 +599,7 @@ struct LightScene::Impl {
             sums[f] += weights[f][r] * light, seen[f] += weights[f][r];
         }
         for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
-          grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kLeastSeen), lamp[s]);
+          grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kMinSeen), lamp[s]);
       });
       fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {
         for (int f = 0; f < LightGrid::kFaces; ++f) {
@@ -622,7 +622,7 @@ struct LightScene::Impl {
       std::size_t ray;
       float weight;
     };
-    constexpr float kLeastWeight = 0.01f;
+    constexpr float kMinWeight = 0.01f;
     std::array<std::vector<Part>, kSide * kSide> parts;
     std::array<glm::vec3, kImageRays> outside;
     for (std::size_t r = 0; r < kImageRays; ++r) {
@@ -630,7 +630,7 @@ struct LightScene::Impl {
       for (int n = 0; n < kSide * kSide; ++n) {
         const float near = glm::dot(image_directions[r], image_direction({n % kSide, n / kSide}));
         const float weight = std::pow(std::max(near, 0.0f), kImageLobe);
-        if (weight > kLeastWeight) parts[static_cast<std::size_t>(n)].push_back({r, weight});
+        if (weight > kMinWeight) parts[static_cast<std::size_t>(n)].push_back({r, weight});
       }
     }
     std::vector<std::uint8_t> known(grid.samples(), 0);
@@ -653,7 +653,7 @@ struct LightScene::Impl {
           seen += part.weight;
         }
         grid.images[grid.image_index({n % kSide, n / kSide}, place_of(sample.at))] =
-            sum / std::max(seen, kLeastSeen * all);
+            sum / std::max(seen, kMinSeen * all);
       }
     });
     fill(known, [&](const glm::ivec3& i, std::span<const glm::ivec3> neighbours) {

@@ -122,7 +122,7 @@ void ParticleCloud::record(VkCommandBuffer commands, int slot) {
                   glm::ivec4(law_.size, static_cast<int>(law_.capacity)),
                   sink_,
                   glm::vec4(glm::dvec4(law_.air_density, law_.air_viscosity, nozzle_, law_.decay_time)),
-                  glm::vec4(glm::dvec4(law_.restitution, law_.slide, law_.least_shown, law_.lifetime)),
+                  glm::vec4(glm::dvec4(law_.restitution, law_.slide, law_.min_shown, law_.lifetime)),
                   glm::uvec4(first_, count_, 0, 0)};
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, inputs_.layout, 0, 1, &inputs_.sets[0], 0, nullptr);

@@ -24,9 +24,9 @@ struct CloudLaw {
   double restitution = 0.3, slide = 0.7;
   // Time in which the mass falls by the factor e, and time after which a particle is removed, s.
   double decay_time = 2, lifetime = 6;
-  double least_shown = 3e-5;  // m; smaller particles are drawn with this size, but fainter
-  glm::dvec3 origin{0};       // m, W, position of the distance field's first sample
-  double spacing = 5e-4;      // m, distance between samples
+  double min_shown = 3e-5;  // m; smaller particles are drawn with this size, but fainter
+  glm::dvec3 origin{0};     // m, W, position of the distance field's first sample
+  double spacing = 5e-4;    // m, distance between samples
   // Number of samples per axis, x slowest; 0: there is nothing to bounce off.
   glm::ivec3 size{0};
 };

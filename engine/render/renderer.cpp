@@ -25,8 +25,8 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
-constexpr double kFullRedrawFraction = 0.8;   // fraction of the picture above which all is redrawn
-constexpr std::size_t kMostTracked = 20'000;  // largest number of particles that are tracked one by one
+constexpr double kFullRedrawFraction = 0.8;  // fraction of the picture above which all is redrawn
+constexpr std::size_t kMaxTracked = 20'000;  // largest number of particles that are tracked one by one
 
 }  // namespace
 
@@ -327,7 +327,7 @@ struct Renderer::Impl {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
       // If there are too many particles to track, marks the whole picture.
-      if (frame.particles.size() > kMostTracked)
+      if (frame.particles.size() > kMaxTracked)
         particles_now[e].mark_all();
       else
         ParticlePass::mark(frame.particles, clip_from_world, drawn, particles_now[e]);

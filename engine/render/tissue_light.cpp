@@ -25,17 +25,17 @@ constexpr int kRays = 24;     // rays from each cell at a surface, which find th
 constexpr int kLampRays = 6;  // rays from each cell to the lamp
 constexpr int kBounces = 6;   // diffuse reflections between surfaces inside the box
 // Distance (m) from the surface up to which a cell knows its distance. Every path through a surface must meet such a
-// cell; kLeastBand: at least 1.75 cell edges.
-constexpr float kBand = 0.525e-3f, kLeastBand = 1.75f;
+// cell; kMinBand: at least 1.75 cell edges.
+constexpr float kBand = 0.525e-3f, kMinBand = 1.75f;
 // Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
-// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMostClear: most blocks in one
+// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMaxClear: most blocks in one
 // step.
 constexpr int kBlock = 8;
-constexpr std::uint8_t kMostClear = 8;
+constexpr std::uint8_t kMaxClear = 8;
 // Distance up to which the surface at the end of a ray or walk is searched, m.
 constexpr float kSearched = 0.3e-3f;
-constexpr float kLeastStep = 45e-6f;  // m, smallest step of rays and random walks
+constexpr float kMinStep = 45e-6f;    // m, smallest step of rays and random walks
 constexpr float kLongestRay = 8e-3f;  // m; beyond it, the light of the LightGrid is used
 constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
 constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
@@ -43,9 +43,9 @@ constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviati
 constexpr int kGathered = 4;  // cells that find their arriving light in the time in which one follows its random walks
 // Values instead of an element's index. kNone: there is none; kFree: the ray leaves the box.
 constexpr std::int32_t kNone = -1, kFree = -2;
-constexpr int kMostSteps = 200;  // most steps of a walk; it rarely needs 30
+constexpr int kMaxSteps = 200;  // most steps of a walk; it rarely needs 30
 
-constexpr std::uintmax_t kMostKept = 64u << 20;  // bytes, largest total size of the cached files
+constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".light";
 
 /// Unit directions that are distributed evenly over the sphere, and free paths in units of the mean free path. A random
@@ -150,7 +150,7 @@ struct TissueLight::Impl {
   // For each cell: nearest triangle of the static bodies; null if it is farther than `band`.
   std::vector<const LitTriangle*> fixed_nearest;
   // For each block of kBlock³ cells: distance in blocks to the nearest block with a cell nearer than `band` to a
-  // surface, at most kMostClear.
+  // surface, at most kMaxClear.
   std::vector<std::uint8_t> clear;
   std::vector<std::uint8_t> near_surface;  // for each block: 1 if a cell is nearer than `band` to a surface
   glm::ivec3 blocks{0};
@@ -206,7 +206,7 @@ struct TissueLight::Impl {
       : walks(walks_of), looks(looks_of), stop(std::move(stop_of)) {
     grid.origin = box.lo, grid.spacing = cell;
     grid.size = glm::ivec3(glm::ceil((box.hi - box.lo) / cell)) + 1;
-    spacing = static_cast<float>(cell), band = std::max(kBand, kLeastBand * spacing), origin = glm::vec3(box.lo);
+    spacing = static_cast<float>(cell), band = std::max(kBand, kMinBand * spacing), origin = glm::vec3(box.lo);
     const std::size_t cells = index(grid.size - 1) + 1;
     fixed.assign(cells, band);
     tooth = lit_tooth = distance = hard_fixed = soft_fixed = fixed;
@@ -216,7 +216,7 @@ struct TissueLight::Impl {
     known.assign(cells, 0);
     blocks = (grid.size + kBlock - 1) / kBlock;
     near_surface.assign(static_cast<std::size_t>(blocks.x * blocks.y * blocks.z), 0);
-    clear.assign(near_surface.size(), kMostClear);
+    clear.assign(near_surface.size(), kMaxClear);
     element_of.assign(cells, kNone);
     nearest.assign(cells, nullptr);
     waits.assign(cells, 0);
@@ -399,8 +399,8 @@ struct TissueLight::Impl {
   /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed, and all cells
   /// nearby (their light comes from the same tissue), wait for new light.
   void follow_tooth() {
-    constexpr std::size_t kMostBoxes = 64;  // with more boxes, it is faster to measure them as one box
-    if (moved.size() > kMostBoxes) {
+    constexpr std::size_t kMaxBoxes = 64;  // with more boxes, it is faster to measure them as one box
+    if (moved.size() > kMaxBoxes) {
       CellBox whole;
       for (const CellBox& box : moved) whole.take(box);
       moved.assign(1, whole);
@@ -473,7 +473,7 @@ struct TissueLight::Impl {
                 [&](const glm::ivec3& i) { near = near || std::abs(distance[index(i)]) < band; });
       near_surface[block(b)] = near;
     });
-    for (std::size_t b = 0; b < clear.size(); ++b) clear[b] = near_surface[b] ? 0 : kMostClear;
+    for (std::size_t b = 0; b < clear.size(); ++b) clear[b] = near_surface[b] ? 0 : kMaxClear;
     // The distance in blocks is the largest of those along the axes, so it is found along one axis at a time, in
     // ascending and then in descending order.
     for (int axis = 0; axis < 3; ++axis) {
@@ -542,7 +542,7 @@ struct TissueLight::Impl {
     for (float way = 0; way < all;) {
       const float d = distance_at(q);
       if (d <= 0) return element_at(q);
-      float step = std::max(d, kLeastStep);
+      float step = std::max(d, kMinStep);
       if (d >= band) {
         const int far_blocks = clear[block(glm::ivec3(q) / kBlock)];
         step = std::max(step, static_cast<float>(kBlock * (far_blocks - 1)) * spacing);
@@ -576,7 +576,7 @@ struct TissueLight::Impl {
     glm::vec3 q = (e.p - e.n * (0.01f * spacing) - origin) / spacing, direction = first;
     float d = distance_at(q), total = 0;  // m; total: length of the walk
     bool astray = false;  // true in a region that counts as outside, but has no surface nearby: its sign is wrong
-    for (int scattered = 0; scattered < kMostSteps; ++scattered) {
+    for (int scattered = 0; scattered < kMaxSteps; ++scattered) {
       const float left = length * e.path[leading];
       // The first step leaves the surface, where the interpolated distance may not be negative yet. A walk that is
       // outside after a step has left the tissue before it could be scattered.
@@ -591,7 +591,7 @@ struct TissueLight::Impl {
           astray = true;
         }
         if (done >= left) break;
-        const float step = std::min(std::max(-d, kLeastStep), left - done);
+        const float step = std::min(std::max(-d, kMinStep), left - done);
         q += direction * (step / spacing);
         done += step;
         if (!in_box(q)) return {};
@@ -711,7 +711,7 @@ struct TissueLight::Impl {
     const auto parts = [&](const auto& use) { return each_part(use); };
     if (!read_parts(cache::find(in, key, kSuffix), parts)) {
       compute();
-      cache::keep(in, key, kSuffix, kMostKept, [&](const std::filesystem::path& file) { write_parts(file, parts); });
+      cache::keep(in, key, kSuffix, kMaxKept, [&](const std::filesystem::path& file) { write_parts(file, parts); });
     }
     std::vector<std::size_t> every(element_of.size());
     std::iota(every.begin(), every.end(), std::size_t{0});

@@ -27,10 +27,10 @@ constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
 // an edge.
-constexpr double kLeastGradient = 0.98;
+constexpr double kMinGradient = 0.98;
 constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal count as 0
 // Smallest area of floor and walls that is measured, m².
-constexpr double kLeastArea = 0.1e-6;
+constexpr double kMinArea = 0.1e-6;
 // Fraction of the area that is left out at each end of the sorted values, because it belongs to the edges of a face.
 constexpr double kTrimmed = 0.1;
 // Depth below the old surface where walls are always thin, m.
@@ -443,7 +443,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     return h2 * std::accumulate(facets.begin(), facets.end(), 0.0, [](double s, const Facet& f) { return s + f.area; });
   };
   m.cut_area = area_of(fresh);
-  if (m.cut_area >= kLeastArea) {
+  if (m.cut_area >= kMinArea) {
     dvec3 out(0);
     for (const Facet& f : fresh) out += f.area * f.n;
     const auto ball = fit_ball(fresh);
@@ -454,7 +454,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
 
   // Measures the floor of the cavity.
   double floor_height = 0;
-  if (area_of(floor) >= kLeastArea) {
+  if (area_of(floor) >= kMinArea) {
     std::vector<std::pair<double, double>> depths, heights;
     for (const Facet& f : floor) {
       depths.emplace_back(last_inside(in.before, f.p, axes.w), f.area);
@@ -481,13 +481,13 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   }
 
   // Measures the walls of the cavity.
-  if (area_of(walls) >= kLeastArea) {
+  if (area_of(walls) >= kMinArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     std::vector<dvec3> thick_at;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
       // A shorter gradient has samples beyond an edge.
-      if (glm::length(g) >= kLeastGradient)
+      if (glm::length(g) >= kMinGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
@@ -511,7 +511,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     if (!leans.empty()) m.taper = 2 * trimmed_mean(leans, kTrimmed);
     m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
     if (!thickness.empty()) {
-      const double thinnest = lowest(thickness, std::min(kLeastArea / h2, 0.5 * area_of(walls) / h2));
+      const double thinnest = lowest(thickness, std::min(kMinArea / h2, 0.5 * area_of(walls) / h2));
       m.wall_thickness = thinnest * h;
       const auto found =
           std::find_if(thickness.begin(), thickness.end(), [&](const auto& t) { return t.first == thinnest; });

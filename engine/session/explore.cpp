@@ -11,7 +11,7 @@ constexpr double kReach = 0.75e-3;     // m, radius around the tip that counts a
 constexpr double kMarkReach = 0.6e-3;  // m, largest distance of a mark from its lesion
 constexpr double kStep = 0.2e-3;       // m, motion of the tip between two updates
 // Smallest lesion, voxels. Smaller pieces of caries are noise.
-constexpr std::size_t kLeastLesion = 8;
+constexpr std::size_t kMinLesion = 8;
 
 /// Calls each(index, squared distance) for voxels within `reach` of p.
 template <class Each>
@@ -69,7 +69,7 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
             }
           }
         }
-        if (!reaches || piece.size() < kLeastLesion) continue;
+        if (!reaches || piece.size() < kMinLesion) continue;
         found_.push_back(false);
         for (const glm::ivec3& at : piece) lesion_[surface_.at(at.x, at.y, at.z)] = static_cast<int>(found_.size());
       }

@@ -27,9 +27,9 @@ constexpr double kChecked = 0.25e-3;
 // m; the thread counts as cut if the tap is less than this above the required depth.
 constexpr double kThreaded = 0.3e-3;
 // N; below this force there is no contact: the tool follows the hand.
-constexpr double kLeastContactForce = 0.05;
+constexpr double kMinContactForce = 0.05;
 // m; an implant or screw counts as placed if it protrudes by less than this.
-constexpr double kLargestProtrusion = 1e-3;
+constexpr double kMaxProtrusion = 1e-3;
 // m/s along the axis; a faster tool counts as moving deeper.
 constexpr double kInsertionSpeed = 0.1e-3;
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the axial speed's low-pass filter
@@ -135,14 +135,14 @@ ImplantNote ImplantMeter::note_of(const ServoTick& tick, const dvec3& tip_W, con
     const bool deepens = phase->deed == ImplantAction::kDrill || phase->deed == ImplantAction::kTap;
     if (touches && turns && deepens && depth_ > phase->depth + task_.depth_tolerance) return ImplantNote::kTooDeep;
     if (depth_ > kOffAxisFrom && phase->deed != ImplantAction::kSmooth &&
-        std::acos(std::clamp(glm::dot(axis_W, task_.plan.axis_W), -1.0, 1.0)) > task_.greatest_angle)
+        std::acos(std::clamp(glm::dot(axis_W, task_.plan.axis_W), -1.0, 1.0)) > task_.max_angle)
       return ImplantNote::kOffAxis;
   }
   if (!task_.canal_W.empty() && touches && turns &&
       distance_to(task_.canal_W, tip_W) - task_.canal_radius < task_.canal_clearance)
     return ImplantNote::kNearCanal;
   if (temperature_ > HeatModel::harmful) return ImplantNote::kHeat;
-  if (touches && glm::length(tick.f_T_W) > task_.greatest_force) return ImplantNote::kOverForce;
+  if (touches && glm::length(tick.f_T_W) > task_.max_force) return ImplantNote::kOverForce;
   return ImplantNote::kNone;
 }
 
@@ -168,7 +168,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
       break;
     case ImplantAction::kPlace:
     case ImplantAction::kClose:
-      met = tick.level == implant_level::kPlaced && measures_.phases[phase_].depth >= phase.depth - kLargestProtrusion;
+      met = tick.level == implant_level::kPlaced && measures_.phases[phase_].depth >= phase.depth - kMaxProtrusion;
       break;
   }
   held_ = met ? held_ + dt : 0;
@@ -210,7 +210,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const dvec3 axis_W = tick.X_WG.R * dvec3(0, 0, -1), tip_W = tick.X_WG.p + task_.tip[tick.tool] * axis_W;
   depth_ = glm::dot(tip_W - plan.entry_W, plan.axis_W);
   const double force = glm::length(tick.f_T_W);
-  const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
+  const bool touches = tick.contact_area > 0 || force > kMinContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
   // The trainee works only while cutting or moving deeper, so pulling out the last phase's tool causes no note.
@@ -240,7 +240,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const ImplantPhase* phase = phase_ < task_.phases.size() ? &task_.phases[phase_] : nullptr;
   heat(tick, dt, phase && phase->irrigated);
   note_ = note_of(tick, tip_W, axis_W, touches);
-  if (touches && force > task_.greatest_force) measures_.over_force += dt;
+  if (touches && force > task_.max_force) measures_.over_force += dt;
 
   // The bed's geometry follows from the drill's positions in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
@@ -260,7 +260,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   if (touches) {
     if (m.began < 0) m.began = to_seconds(tick.t);
     m.force_max = std::max(m.force_max, force);
-    if (force > task_.greatest_force) m.over_force += dt;
+    if (force > task_.max_force) m.over_force += dt;
     if (tick.level != implant_level::kFree && tick.level != implant_level::kPlaced) m.depth = std::max(m.depth, depth_);
     m.hottest = std::max(m.hottest, temperature_);
     record(tick, dt);

@@ -69,8 +69,8 @@ struct ImplantTask {
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // per tool: distance from its origin to its tip, m
   std::vector<double> radius;  // for each tool: its radius, m
-  double greatest_force = 0;   // N; a larger force counts as over-force
-  double greatest_angle = 0;   // rad, largest angle between tool and planned axis without note
+  double max_force = 0;        // N; a larger force counts as over-force
+  double max_angle = 0;        // rad, largest angle between tool and planned axis without note
   // m, largest depth below the planned depth without note
   double depth_tolerance = 0;
   double canal_clearance = 0;  // m, smallest distance from the nerve canal without note

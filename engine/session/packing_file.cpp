@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kFormat = "typodont_packing";
 constexpr std::uint64_t kVersion = 1;
 // Largest number of spheres. More need over half a gigabyte, so the file is probably damaged.
-constexpr hsize_t kMostSpheres = 16'000'000;
+constexpr hsize_t kMaxSpheres = 16'000'000;
 
 std::string checksum_of(const SpherePacking& p) {
   Fnv1a hash;
@@ -28,7 +28,7 @@ std::string checksum_of(const SpherePacking& p) {
   for (const double r : p.radius) hash.add(r);
   for (const Tissue t : p.tissue) hash.add(static_cast<std::uint8_t>(t));
   for (const double v : p.solid_volume) hash.add(v);
-  hash.add(p.seed), hash.add(p.tissue_hash), hash.add(p.max_radius), hash.add(p.largest_hole);
+  hash.add(p.seed), hash.add(p.tissue_hash), hash.add(p.max_radius), hash.add(p.max_hole);
   return to_text(hash);
 }
 
@@ -65,7 +65,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
   hsize_t extent[2] = {0, 1};
   const int dimensions = H5Sget_simple_extent_ndims(space.get());
   if (dimensions != (columns > 1 ? 2 : 1) || H5Sget_simple_extent_dims(space.get(), extent, nullptr) < 0 ||
-      H5Tget_class(stored.get()) != kind || extent[1] != columns || extent[0] < 1 || extent[0] > kMostSpheres ||
+      H5Tget_class(stored.get()) != kind || extent[1] != columns || extent[0] < 1 || extent[0] > kMaxSpheres ||
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
@@ -104,7 +104,7 @@ void save_packing(const std::filesystem::path& file, const SpherePacking& packin
       set_attribute(h5.get(), "format", kFormat) && set_attribute(h5.get(), "format_version", kVersion) &&
       set_attribute(h5.get(), "seed", packing.seed) && set_attribute(h5.get(), "tissue_hash", packing.tissue_hash) &&
       set_attribute(h5.get(), "max_radius_m", packing.max_radius) &&
-      set_attribute(h5.get(), "largest_hole_m", packing.largest_hole) &&
+      set_attribute(h5.get(), "largest_hole_m", packing.max_hole) &&
       set_attribute(h5.get(), "checksum", checksum_of(packing)) &&
       write_array(h5.get(), "center_m", H5T_NATIVE_DOUBLE, n, 3, packing.center.data()) &&
       write_array(h5.get(), "radius_m", H5T_NATIVE_DOUBLE, n, 1, packing.radius.data()) &&
@@ -134,7 +134,7 @@ SpherePacking load_packing(const std::filesystem::path& file) {
   SpherePacking p;
   if (!get_attribute(h5.get(), "seed", p.seed) || !get_attribute(h5.get(), "tissue_hash", p.tissue_hash) ||
       !get_attribute(h5.get(), "max_radius_m", p.max_radius) ||
-      !get_attribute(h5.get(), "largest_hole_m", p.largest_hole) || !get_attribute(h5.get(), "checksum", checksum)) {
+      !get_attribute(h5.get(), "largest_hole_m", p.max_hole) || !get_attribute(h5.get(), "checksum", checksum)) {
     throw Error(path, "attributes", "one is missing", "seed, tissue_hash, max_radius_m, largest_hole_m, checksum");
   }
   static_assert(sizeof(dvec3) == 3 * sizeof(double) && sizeof(Tissue) == 1);

@@ -29,7 +29,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr hsize_t kLargestChunkBytes = 1 << 16;  // largest size of a chunk in bytes, for all datasets
+constexpr hsize_t kMaxChunkBytes = 1 << 16;  // largest size of a chunk in bytes, for all datasets
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -188,7 +188,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   // Sets a small cache for every dataset. Rows are written in order, so a column's cache must only contain the current
   // chunk; HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because SWMR mode
   // opens the datasets again without their own settings.
-  H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
+  H5Pset_cache(access.get(), 0, 11, kMaxChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;
@@ -319,7 +319,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
     }
   }
 
-  const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = kLargestChunkBytes;
+  const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = kMaxChunkBytes;
   H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties.get(), false);
   H5Pset_chunk(properties.get(), 1, &chunk);

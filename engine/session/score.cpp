@@ -17,8 +17,8 @@ namespace {
 constexpr double kTremorCutoff = 5.0;
 // Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;     // s; a longer pause in contact ends a stroke
-constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removes less is no stroke
+constexpr double kFreeBetween = 0.1;   // s; a longer pause in contact ends a stroke
+constexpr double kMinRemoved = 1e-15;  // m³; a contact that removes less is no stroke
 
 }  // namespace
 
@@ -87,7 +87,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void HandMeter::end_stroke() {
-  if (in_stroke_ && stroke_cut_ > kLeastRemoved) ++strokes_;
+  if (in_stroke_ && stroke_cut_ > kMinRemoved) ++strokes_;
   in_stroke_ = false;
 }
 
@@ -98,7 +98,7 @@ HandMeasures HandMeter::result() const {
   m.force_mean = contact_ticks_ ? force_sum_ / static_cast<double>(contact_ticks_) : 0;
   m.force_max = force_max_;
   m.path_length = path_;
-  m.strokes = strokes_ + (in_stroke_ && stroke_cut_ > kLeastRemoved ? 1 : 0);
+  m.strokes = strokes_ + (in_stroke_ && stroke_cut_ > kMinRemoved ? 1 : 0);
   m.tremor_rms = tremor_ticks_ ? std::sqrt(tremor_square_ / static_cast<double>(tremor_ticks_)) : 0;
   m.faults = faults_;
   return m;
@@ -180,9 +180,9 @@ using In = const ScoreInput&;
 using Value = std::optional<double>;
 
 // Smaller values, in the measure's unit, count as 0.
-constexpr double kLeastMeasured = 1e-6;
+constexpr double kMinMeasured = 1e-6;
 // If less tissue changed, no work was done, m³.
-constexpr double kLeastChanged = 1e-12;
+constexpr double kMinChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
@@ -329,7 +329,7 @@ constexpr Measure kMeasures[] = {
 
 Value value_of(const Measure& measure, const ScoreInput& in) {
   const Value value = measure.value(in);
-  return value && std::abs(*value) < kLeastMeasured ? 0.0 : value;
+  return value && std::abs(*value) < kMinMeasured ? 0.0 : value;
 }
 
 const Measure* find_measure(std::string_view name) {
@@ -352,7 +352,7 @@ double completion(const ScoreInput& in) {
   if (!in.ideal) {
     double changed = 0;
     for (std::size_t i = 1; i < kTissueCount; ++i) changed += std::abs(in.before[i] - in.after[i]);
-    return changed > kLeastChanged ? 1.0 : 0.0;
+    return changed > kMinChanged ? 1.0 : 0.0;
   }
   double wanted = 0, done = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

@@ -52,7 +52,7 @@ class TableReader {
       H5 space(H5Dget_space(dataset.get()), H5Sclose);
       hsize_t rows = 0;
       if (H5Sget_simple_extent_ndims(space.get()) != 1 || H5Sget_simple_extent_dims(space.get(), &rows, nullptr) != 1 ||
-          rows > kRecordingLimits.most_ticks) {
+          rows > kRecordingLimits.max_ticks) {
         throw Error(file_, path + "/" + name, "another shape", "one row per entry");
       }
       if (!salvage && !all_chunks_written(dataset, rows))
@@ -75,9 +75,9 @@ class TableReader {
 
   /// Throws Error if `count` rows of `size` bytes need more memory than a reader may use.
   void limit_memory(hsize_t count, std::size_t size) const {
-    if (count > kRecordingLimits.most_rows_bytes / size)
+    if (count > kRecordingLimits.max_rows_bytes / size)
       throw Error(file_, path_, fmt::format("{} rows", count),
-                  fmt::format("at most {}", kRecordingLimits.most_rows_bytes / size));
+                  fmt::format("at most {}", kRecordingLimits.max_rows_bytes / size));
   }
 
   /// Reads `count` rows of a column, from row `first`. Throws Error if these rows are damaged.
@@ -417,7 +417,7 @@ void SessionReader::Impl::read_result() {
   const auto volumes = [&](const char* name, PerTissue& out) {
     if (!read_fixed(dataset(name), H5T_NATIVE_DOUBLE, kTissueCount, out.data())) return false;
     for (double& v : out) v /= 1e9;
-    return std::all_of(out.begin(), out.end(), [](double v) { return v >= 0 && v <= kRecordingLimits.largest_volume; });
+    return std::all_of(out.begin(), out.end(), [](double v) { return v >= 0 && v <= kRecordingLimits.max_volume; });
   };
   r.has_volumes = volumes("result/volumes_after_mm3", r.volumes_after);
   r.has_ideal = volumes("result/volumes_ideal_mm3", r.volumes_ideal);

@@ -391,7 +391,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           }
           const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
           const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
-          F8 least_slack = F8{} + kNever;
+          F8 min_slack = F8{} + kNever;
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
@@ -411,13 +411,13 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             // Distance of approach until the depth exceeds the value; a sample at kInner never changes.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
-            least_slack = slack < least_slack ? slack : least_slack;
+            min_slack = slack < min_slack ? slack : min_slack;
             slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
             __builtin_prefetch(b.tissue + first);  // prefetches the labels, which the list will read soon
           }
-          float slack = least_slack[0];
-          for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
+          float slack = min_slack[0];
+          for (int i = 1; i < 8; ++i) slack = std::min(slack, min_slack[i]);
           block_due = whole ? b.way + (slack - b.slip) : b.way;
           listed = true;
         }

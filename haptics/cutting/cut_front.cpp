@@ -35,7 +35,7 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   heights_.assign(static_cast<std::size_t>(3 * (size_.z * kDeep + kBeyond)), 0);
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
-      std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
+      std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMaxParts)));
   // Room for the groups of samples that cuts may change. Memory for twice the average, because parts in the middle of
   // the head have more.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
@@ -154,7 +154,7 @@ int CutFront::outdated() const noexcept {
 
 int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
-  std::array<double, kMostParts> ticks_left;
+  std::array<double, kMaxParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
   // At most one part per tick may be renewed early. If at most n lists expire in the next n ticks, for every n, all can
   // be renewed in time; otherwise the first to expire is renewed now.
@@ -174,8 +174,8 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
       // No lists for a fast head, because it would soon reach the end of the list.
-      ahead_(travel > kMostListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
-      ahead_of_empty_(travel > kMostListed ? 0 : listed / std::max(front.outdated(), 1)),
+      ahead_(travel > kMaxListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
+      ahead_of_empty_(travel > kMaxListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}
 
 double CutFront::Renewal::lasts(int part) noexcept {

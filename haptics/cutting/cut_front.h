@@ -82,7 +82,7 @@ class CutFront {
   // contain more groups.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   // Voxels per tick; faster heads get no lists, because they would soon reach the end of a list.
-  static constexpr double kMostListed = 0.2;
+  static constexpr double kMaxListed = 0.2;
 
   /// One part of the lists: the groups that the head may change until its path length is `until`. Arrays: position and
   /// index of each group's first sample, relative to the front's first voxel; number of samples that may change;
@@ -185,7 +185,7 @@ class CutFront {
   glm::ivec3 first_{0};  // index of the front's first block
   // due_: path length at which each block must be examined; moved_: buffer for move_around()
   std::vector<float> due_, moved_;
-  static constexpr int kMostParts = 16;
+  static constexpr int kMaxParts = 16;
   // The number of parts is a power of two. Positions are relative to the front's first voxel.
   std::vector<Groups> parts_;
   // First voxel and edge (samples) of the lists' patch.

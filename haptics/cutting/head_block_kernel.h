@@ -19,7 +19,7 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
   const MeridianPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
   bool changed = false;
   Taken taken{removed};
-  Floats least_slack = no_end;
+  Floats min_slack = no_end;
   Mask emptied = nowhere();
   const bool beside = block.beside && may_raise;
   if (beside) tops.make_room(kRows * kRows * kDeep);
@@ -90,12 +90,12 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           samples.write(old, now, removed ? block.tissue + (row - block.distance) : nullptr, taken);
         }
       }
-      least_slack = lesser(room, least_slack);
+      min_slack = lesser(room, min_slack);
     }
   }
   if (removed) taken.close();
   alignas(32) float slack[kLanes];
-  store(slack, least_slack);
+  store(slack, min_slack);
   found.slack = *std::min_element(slack, slack + kLanes);
   found.emptied = any(emptied);
   return changed;

@@ -31,7 +31,7 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   const float off_z = pz - c.abz, along_z = pz * c.abz;
   // Squared distances of a group's samples differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and upwards by
   // kHalf2 more.
-  const Floats least_along = all((c.continues ? 0.0f : -1e30f) - ahead);
+  const Floats min_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
   const Floats hole2 =
       all(c.continues && inner > 0 ? inner * inner - pz * pz - 2 * kHalfZ * std::abs(pz) - LeafGroups::kHalf2 : -1e30f);
@@ -41,7 +41,7 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
     const Floats off_x = x - all(c.abx), off_y = y - all(c.aby), zero = all(0.0f), edge = all(2 * kHalfY);
     const Floats least2 = (off_x * off_x + off_y * off_y) - edge * greater(off_y, zero - off_y);
     const Floats greatest2 = (x * x + y * y) + edge * greater(y, zero - y);
-    const Mask both = more(most2, least2) & more((x * all(c.abx) + y * all(c.aby)) + all(along_z), least_along) &
+    const Mask both = more(most2, least2) & more((x * all(c.abx) + y * all(c.aby)) + all(along_z), min_along) &
                       no_less(greatest2, hole2);
     near |= static_cast<std::uint64_t>(bits(both)) << i;
   }
@@ -108,14 +108,14 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
   // Raised samples are now at the ball's surface: slack 0.
   if (any(raised)) return {true, any(emptied), 0};
-  Floats least_slack = never;
+  Floats min_slack = never;
   const auto take_slack = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
     // distance of approach until the sample changes; a sample at kInner (3 voxels) never changes
     const Floats now = load(at);
-    least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
+    min_slack = lesser(min_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   };
   for (int group = 0; group < LeafGroups::kCount; ++group) visit_group(group, take_slack);
   alignas(64) float slack[kLanes];
-  store(slack, least_slack);
+  store(slack, min_slack);
   return {false, false, *std::min_element(slack, slack + kLanes)};
 }

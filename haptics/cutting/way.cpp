@@ -382,7 +382,7 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
 /// Smallest depth of a block at the start of the path. Depth is concave, so it occurs at a corner. `first`: relative to
 /// HeadPose::base of the first pose.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
+float min_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
   constexpr float kX = kRows - 1, kZ = kDeep - 1;
   const F8 x = static_cast<float>(first->x) + F8{0, 0, 0, 0, kX, kX, kX, kX},
@@ -673,7 +673,7 @@ class PathPass {
       const float empty = Sweep::kInner + way_.slip + way_.bent;
       if (cut_before_ && at.depth[lane] > empty) {
         const glm::ivec3 in_base = begun_[lane] - way_.from.base;
-        if (at.depth[lane] > emptied_ || least_depth_at_start(&way_, &in_base) > empty) {
+        if (at.depth[lane] > emptied_ || min_depth_at_start(&way_, &in_base) > empty) {
           note(due_[lane], kNoEnd);
           continue;
         }

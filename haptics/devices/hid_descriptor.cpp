@@ -6,8 +6,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr std::size_t kMostFields = 512;
-constexpr std::uint32_t kMostBits = 8 * 4096;
+constexpr std::size_t kMaxFields = 512;
+constexpr std::uint32_t kMaxBits = 8 * 4096;
 
 struct Globals {
   std::uint32_t page = 0, size = 0, count = 0;
@@ -75,7 +75,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
         if (!stack.empty()) now = stack.back(), stack.pop_back();
         break;
       case 0x08:
-        if (usages.size() < kMostFields) usages.push_back(with_page(value));
+        if (usages.size() < kMaxFields) usages.push_back(with_page(value));
         break;
       case 0x18:
         usage_minimum = with_page(value), has_range = true;
@@ -86,9 +86,9 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x80: {  // the item "Input" of a HID report descriptor
         std::uint32_t& bit = next_bit[now.report_id];
         if (now.size > 32 && !(value & 1)) return fields;
-        if (std::uint64_t{now.size} * now.count + bit > kMostBits) return fields;
+        if (std::uint64_t{now.size} * now.count + bit > kMaxBits) return fields;
         const bool variable = !(value & 1) && (value & 2);  // true if the field is neither padding nor an array
-        for (std::uint32_t i = 0; variable && i < now.count && fields.size() < kMostFields; ++i) {
+        for (std::uint32_t i = 0; variable && i < now.count && fields.size() < kMaxFields; ++i) {
           std::uint32_t usage = 0;
           if (has_range && usage_maximum >= usage_minimum) {
             usage = std::min(usage_minimum + i, usage_maximum);

@@ -40,6 +40,6 @@ class SampleSpacing {
   bool started_ = false;
 };
 /// Largest number of queued messages read per sample, so that a flood of messages cannot delay a tick.
-inline constexpr int kMostQueued = 64;
+inline constexpr int kMaxQueued = 64;
 
 }  // namespace typodont::haptics

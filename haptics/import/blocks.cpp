@@ -767,20 +767,19 @@ std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, i
   return bodies_of(size, true, read_row).size();
 }
 
-std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
+std::size_t main_body(const std::vector<Body>& bodies, double min_bright) {
   // A body with less than kSplinter of the largest body's voxels is a splinter. One with kBright of the highest number
   // of bright voxels has teeth.
   constexpr double kSplinter = 0.02, kBright = 0.1;
-  std::size_t most = 0, most_bright = 0;
+  std::size_t most = 0, max_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);
   const auto counts = [&](const Body& body) {
     return static_cast<double>(body.voxels) >= kSplinter * static_cast<double>(most);
   };
   for (const Body& body : bodies) {
-    if (counts(body)) most_bright = std::max(most_bright, body.bright);
+    if (counts(body)) max_bright = std::max(max_bright, body.bright);
   }
-  const double bound =
-      static_cast<double>(most_bright) >= least_bright ? kBright * static_cast<double>(most_bright) : 0;
+  const double bound = static_cast<double>(max_bright) >= min_bright ? kBright * static_cast<double>(max_bright) : 0;
   std::size_t best = 0, best_voxels = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (!counts(bodies[b]) || static_cast<double>(bodies[b].bright) < bound) continue;

@@ -168,8 +168,8 @@ std::vector<Body> find_bodies(const Mask& mask);
 /// Counts bodies that are connected over faces, edges or corners. `read(x, y, row)` writes one byte per sample along z.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the largest body with teeth, or else of the largest body; 0 if there is none. A body has teeth
-/// if its bright voxels number at least `least_bright` and a tenth of the most that a body has.
-std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
+/// if its bright voxels number at least `min_bright` and a tenth of the most that a body has.
+std::size_t main_body(const std::vector<Body>& bodies, double min_bright);
 
 /// Fraction of the box in blocks that contain samples of the mask, and in their neighbour blocks.
 double fraction_near(const Mask& mask);

@@ -5,7 +5,7 @@
 namespace typodont::haptics::importing {
 
 std::vector<bool> Hollows::operator()(const SparseComponents& spaces) const {
-  constexpr std::size_t kLeast = 30;  // voxels; a space with fewer voxels than this is noise
+  constexpr std::size_t kMin = 30;  // voxels; a space with fewer voxels than this is noise
   std::vector<bool> hollow(spaces.voxels.size(), false);
   std::vector<std::vector<float>> greys(spaces.voxels.size());
   for (std::size_t i = 0; i < spaces.label.v.size(); ++i) {
@@ -14,7 +14,7 @@ std::vector<bool> Hollows::operator()(const SparseComponents& spaces) const {
   }
   for (std::size_t id = 1; id < hollow.size(); ++id) {
     hollow[id] = static_cast<double>(spaces.voxels[id]) > largest_;
-    if (!air_ || spaces.voxels[id] < kLeast || greys[id].empty()) continue;
+    if (!air_ || spaces.voxels[id] < kMin || greys[id].empty()) continue;
     const auto middle = greys[id].begin() + static_cast<std::ptrdiff_t>(greys[id].size() / 2);
     std::nth_element(greys[id].begin(), middle, greys[id].end());
     hollow[id] = hollow[id] || static_cast<double>(*middle) < *air_;

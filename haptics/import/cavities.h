@@ -20,14 +20,14 @@ class Hollows {
  public:
   /// `air`: grey value below which a space contains air; nullopt if the scale of grey values is unknown. `voxel`: m.
   Hollows(const Sparse<float>& smooth, const std::optional<double>& air, double voxel)
-      : smooth_(smooth), air_(air), largest_(kLargestMarrow / (voxel * voxel * voxel)) {}
+      : smooth_(smooth), air_(air), largest_(kMaxMarrow / (voxel * voxel * voxel)) {}
 
   /// Returns for each space whether it is a hollow.
   std::vector<bool> operator()(const SparseComponents& spaces) const;
 
  private:
   // Volume of the largest marrow space, m³; a whole femur contains 100 cm³ of marrow.
-  static constexpr double kLargestMarrow = 150e-6;
+  static constexpr double kMaxMarrow = 150e-6;
   const Sparse<float>& smooth_;
   std::optional<double> air_;
   double largest_;

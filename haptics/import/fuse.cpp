@@ -28,10 +28,10 @@ using importing::TriangleTree;
 constexpr double kSameSide = 0.7;
 constexpr double kGapArea = 10e-6;  // m², smaller enclosed gaps count as crown
 // Smaller pieces do not count as crown, m².
-constexpr double kLeastPiece = 5e-6;
+constexpr double kMinPiece = 5e-6;
 constexpr double kLabelDepth = 0.75;  // voxels below the surface at which tissue is read
 // Smallest slope of a distance near a surface; a true distance has slope 1.
-constexpr double kLeastGradient = 0.1;
+constexpr double kMinGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
   return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kCaries || t == Tissue::kPulp ||
@@ -80,7 +80,7 @@ std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
 /// position.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
-  if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
+  if (jet.value <= 0 || !(slope > kMinGradient * t.frame.voxel)) return nearest_sample(t, place);
   return nearest_sample(t, place - (jet.value / t.frame.voxel + kLabelDepth) / slope * jet.gradient);
 }
 
@@ -225,12 +225,12 @@ class Crowns {
       covered_[t] = std::ranges::all_of(corners_[t], [&](int i) {
         const ToothField::Value& v = at[static_cast<std::size_t>(i)];
         const double slope = glm::length(v.gradient);
-        return v.tooth && std::abs(v.distance) < options_.reach && slope > kLeastGradient &&
+        return v.tooth && std::abs(v.distance) < options_.reach && slope > kMinGradient &&
                glm::dot(v.gradient, normal(t)) > kSameSide * slope;
       });
     }
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
-    change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
+    change_pieces(true, [](double piece, bool) { return piece < kMinPiece; });
 
     // For each corner of a crown's triangle: distance from the CT (m), and a third of the triangle's area (m²).
     std::vector<std::pair<double, double>> sizes;
@@ -252,7 +252,7 @@ class Crowns {
     for (const auto& [size, of] : sizes) {
       sum += of;
       if (sum <= 0.5 * report_.covered_area) report_.median_size = size;
-      if (sum <= 0.95 * report_.covered_area) report_.most_size = size;
+      if (sum <= 0.95 * report_.covered_area) report_.max_size = size;
     }
   }
 
@@ -394,7 +394,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
   // Position just below the surface, also if p_C lies deeper.
   const double slope = glm::length(value.gradient);
-  if (!(slope > kLeastGradient)) return value;
+  if (!(slope > kMinGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
   value.tooth = is_of_tooth(ct_.tissue[nearest_sample(ct_, below)]);
   return value;
@@ -448,7 +448,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     double blended = d;
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
-    if (std::abs(d) < far && slope > kLeastGradient) {
+    if (std::abs(d) < far && slope > kMinGradient) {
       // Nearest point on the scan to the sample, and to q, the CT point nearest to the sample.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);

@@ -21,14 +21,14 @@ namespace typodont::haptics {
 
 namespace importing {
 
-constexpr double kMostResult = 4e8;  // largest number of voxels of a result
+constexpr double kMaxResult = 4e8;  // largest number of voxels of a result
 
 static double voxels_in(const dvec3& extent, double voxel) {
   return (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);
 }
 
 bool result_size_fits(const dvec3& extent, double voxel) {
-  return voxels_in(extent, voxel) <= kMostResult;
+  return voxels_in(extent, voxel) <= kMaxResult;
 }
 
 void check_result_size(const dvec3& extent, double voxel) {
@@ -37,8 +37,8 @@ void check_result_size(const dvec3& extent, double voxel) {
   throw Error("--voxel-mm", "",
               fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
                           extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
-              fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMostResult,
-                          voxel * std::cbrt(count / kMostResult) / kMillimetre));
+              fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMaxResult,
+                          voxel * std::cbrt(count / kMaxResult) / kMillimetre));
 }
 
 double free_memory() {

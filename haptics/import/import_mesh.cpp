@@ -223,7 +223,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   constexpr double kDeep = 1.5e-3;
   // Smallest cosine of the angle between their normals and the base's normal.
   constexpr double kSlope = 0.9;
-  constexpr double kLeast = 0.08;    // smallest area of the base, as a fraction of the mesh's area
+  constexpr double kMin = 0.08;      // smallest area of the base, as a fraction of the mesh's area
   constexpr double kClear = 1.3;     // factor by which the base's area must exceed that of any other side
   constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
   struct Side {
@@ -255,19 +255,19 @@ dvec3 away_from_base(const Mesh& mesh) {
   for (const Side& side : sides) {
     if (glm::dot(side.out, base.out) < kApart) other = std::max(other, side.area);
   }
-  return base.area > kLeast * whole && base.area > kClear * other ? -base.out : dvec3(0);
+  return base.area > kMin * whole && base.area > kClear * other ? -base.out : dvec3(0);
 }
 
 /// Removes pieces with less than 2 % of the largest piece's area. Returns their number.
 std::size_t drop_pieces(Mesh& mesh) {
-  constexpr double kLeast = 0.02;
+  constexpr double kMin = 0.02;
   const Shells shells = shells_of(mesh, false);
   std::vector<double> area(shells.volume.size(), 0);
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.corners[t][k])]; };
     area[static_cast<std::size_t>(shells.of_triangle[t])] += glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
   }
-  const double least = kLeast * *std::ranges::max_element(area);
+  const double least = kMin * *std::ranges::max_element(area);
   std::size_t t = 0;
   std::erase_if(mesh.corners,
                 [&](const auto&) { return area[static_cast<std::size_t>(shells.of_triangle[t++])] < least; });
@@ -351,9 +351,9 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
   // Points more than kBelow (m) below the plane are dropped. kSteepest: tangent of the largest slope.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
-  constexpr std::size_t kLeast = 6;
+  constexpr std::size_t kMin = 6;
   std::optional<dvec3> plane;
-  for (int round = 0; round < kRounds && points.size() >= kLeast; ++round) {
+  for (int round = 0; round < kRounds && points.size() >= kMin; ++round) {
     dvec3 middle(0);
     for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
     double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
@@ -510,16 +510,16 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
   // Largest plausible fraction of pulp in a tooth; a young molar has about a tenth.
-  constexpr double kMostPulp = 0.3;
+  constexpr double kMaxPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
-  if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
+  if (tooth && (deepest_shell > 1 || hollows > kMaxPulp * body)) {
     throw Error(file.string(), "shells",
                 deepest_shell > 1 ? "a shell within a shell within a shell"
                                   : fmt::format("shells of {:.0f} mm³ within one of {:.0f} mm³",
                                                 hollows / kCubicMillimetre, body / kCubicMillimetre),
                 fmt::format("at most a pulp ({:g} % of the tooth) within it; of tissues that lie in one another, one "
                             "file each: --part enamel=FILE --part dentin=FILE --part pulp=FILE",
-                            100 * kMostPulp));
+                            100 * kMaxPulp));
   }
   const auto shell_is = [&](bool hollow) {
     return [&, hollow](std::size_t t) {
@@ -587,7 +587,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
   // Length of a small hole's border, smallest and largest length of an arch, depth of the base below the lowest point;
   // m.
-  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
+  constexpr double kSmallHole = 6e-3, kMin = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
   MeshRepairs repairs;
@@ -598,7 +598,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   orient(mesh, repairs);
   const std::size_t pieces = drop_pieces(mesh);
   const ImportRegion bounds = bounds_of(mesh);
-  check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kLeast, kMost);
+  check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kMin, kMost);
 
   // Small holes are closed first. Then the area vector points from the longest border to the surface.
   close_holes(mesh, kSmallHole, repairs);

@@ -179,8 +179,8 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
   const glm::ivec3 hi =
       glm::min(glm::ivec3(glm::floor((region.hi - scan.origin) / scan.spacing + 1e-6)), scan.grey.size - 1);
-  constexpr int kLeast = 8;  // smallest number of samples of the region along an axis
-  if (glm::any(glm::lessThan(hi - lo + 1, glm::ivec3(kLeast)))) {
+  constexpr int kMin = 8;  // smallest number of samples of the region along an axis
+  if (glm::any(glm::lessThan(hi - lo + 1, glm::ivec3(kMin)))) {
     const dvec3 from = scan.origin / kMillimetre,
                 to = (scan.origin + dvec3(scan.grey.size - 1) * scan.spacing) / kMillimetre;
     throw Error("--region-mm", "",
@@ -188,7 +188,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
                             std::max(hi.y - lo.y + 1, 0), std::max(hi.z - lo.z + 1, 0)),
                 fmt::format("{} or more along each axis; the scan extends from ({:.1f}, {:.1f}, {:.1f}) to "
                             "({:.1f}, {:.1f}, {:.1f}) mm",
-                            kLeast, from.x, from.y, from.z, to.x, to.y, to.z));
+                            kMin, from.x, from.y, from.z, to.x, to.y, to.z));
   }
   Scan piece;
   piece.format = scan.format;
@@ -275,12 +275,12 @@ Imported import_region(const std::filesystem::path& file, const Scan& scan, cons
 // Adds notes about the largest bodies that were not imported.
 static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t main, const Scan& scan,
                                  ImportReport& report) {
-  constexpr double kLeast = 0.3e-6;  // m³, smallest body that is worth a note
+  constexpr double kMin = 0.3e-6;  // m³, smallest body that is worth a note
   constexpr std::size_t kMost = 4;
   const double voxel = scan.spacing.x * scan.spacing.y * scan.spacing.z;
   std::vector<const Body*> others;
   for (const Body& body : bodies) {
-    if (&body != &bodies[main] && static_cast<double>(body.voxels) * voxel >= kLeast) others.push_back(&body);
+    if (&body != &bodies[main] && static_cast<double>(body.voxels) * voxel >= kMin) others.push_back(&body);
   }
   std::ranges::sort(others, std::greater<>(), &Body::voxels);
   others.resize(std::min(others.size(), kMost));
@@ -291,7 +291,7 @@ static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t ma
         "another body of {:.1f} cm³{} is left out; --region-mm {:.0f},{:.0f},{:.0f},{:.0f},{:.0f},{:.0f} shows where "
         "it lies",
         static_cast<double>(body->voxels) * voxel / 1e-6,
-        static_cast<double>(body->bright) * voxel >= Levels::kLeastTeeth ? " with teeth" : "", std::floor(from.x),
+        static_cast<double>(body->bright) * voxel >= Levels::kMinTeeth ? " with teeth" : "", std::floor(from.x),
         std::floor(from.y), std::floor(from.z), std::ceil(to.x), std::ceil(to.y), std::ceil(to.z)));
   }
 }
@@ -368,7 +368,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
                 "tissue; see --thresholds");
   }
   for (const Body& body : bodies) report.bodies_found += body.voxels >= 8;
-  const std::size_t main = main_body(bodies, Levels::kLeastTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
+  const std::size_t main = main_body(bodies, Levels::kMinTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
   // Volume of the blocks with tissue and neighbours, m³.

@@ -48,7 +48,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
   // Weight of a step between the dimmest bright samples.
-  constexpr double kLeast = 1e-4;
+  constexpr double kMin = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
     const glm::ivec3 p = set.place(i);
@@ -62,7 +62,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
       const auto other = static_cast<std::size_t>(j);
       const double least = static_cast<double>(std::min(grey.v[i], grey.v[other]));
       const double fraction = std::clamp((least - greys.bright()) / (greys.hard - greys.bright()), 0.0, 1.0);
-      const double weight = kLeast + fraction * fraction * fraction * fraction;
+      const double weight = kMin + fraction * fraction * fraction * fraction;
       sum += weight;
       if (crown.v[other]) known += weight;
       rows[k].to[f] = unknown.v[other];
@@ -86,8 +86,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     return sum;
   });
   const double enough = residual * rz;
-  constexpr int kMostSteps = 2000;
-  for (int step = 0; step < kMostSteps && rz > enough; ++step) {
+  constexpr int kMaxSteps = 2000;
+  for (int step = 0; step < kMaxSteps && rz > enough; ++step) {
     constexpr int kToldEvery = 16, kUsualSteps = 400;
     if (step % kToldEvery == 0) progress(std::min(1.0, static_cast<double>(step) / kUsualSteps));
     const double d_a_d = sum_of([&](std::size_t from, std::size_t to) {
@@ -236,8 +236,8 @@ class CanalBound {
 
 // Median; nullopt if there are too few values.
 std::optional<double> median_of(std::vector<float>& values) {
-  constexpr std::size_t kLeast = 20;  // smallest number of samples
-  if (values.size() < kLeast) return std::nullopt;
+  constexpr std::size_t kMin = 20;  // smallest number of samples
+  if (values.size() < kMin) return std::nullopt;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return static_cast<double>(*middle);
@@ -266,10 +266,10 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // Radius of a canal, length of the shortest canal, distance between points of its centre line; m.
-  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
+  constexpr double kRadius = 1.25e-3, kMinLength = 8e-3, kEvery = 0.5e-3;
   // Smallest tube measure: second derivative across / contrast of bone and canal. A canal of radius kRadius has about
   // 1/3.
-  constexpr double kLeastTube = 0.15;
+  constexpr double kMinTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
   for_each_sample(*grey.set, [&](const glm::ivec3&, std::size_t i) {
@@ -285,11 +285,11 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
     if (e.y > 0) tube.v[i] = static_cast<float>(std::sqrt(e.y * e.z) - std::abs(e.x));
   });
   const SparseMask likely = where(grey.set, false, false, [&](std::size_t i, const glm::ivec3&) {
-    return tube.v[i] > static_cast<float>(kLeastTube);
+    return tube.v[i] > static_cast<float>(kMinTube);
   });
   const SparseComponents parts = components(likely, true);
   for (std::size_t id = 1; id < parts.voxels.size(); ++id) {
-    if (static_cast<double>(parts.voxels[id]) * voxel < kLeastLength) continue;
+    if (static_cast<double>(parts.voxels[id]) * voxel < kMinLength) continue;
     std::vector<std::size_t> samples;
     glm::dvec3 mean(0);
     for (std::size_t i = 0; i < likely.v.size(); ++i) {
@@ -309,7 +309,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       const double t = glm::dot(glm::dvec3(likely.place(i)) - mean, axis);
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
-    if ((hi - lo) * voxel < kLeastLength) continue;
+    if ((hi - lo) * voxel < kMinLength) continue;
     // Slices across the canal; each gives a point of the centre line, weighted by the tube measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
@@ -347,7 +347,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
   // Smallest number of dentin samples near a sample, and in all teeth.
-  constexpr std::size_t kLeast = 20, kEnough = 200;
+  constexpr std::size_t kMin = 20, kEnough = 200;
   // Limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
   constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
@@ -363,10 +363,10 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
                       into_pulp = distance_squared_to(no_pulp, 4);
   // Depth of dentin that blur does not change, and the smallest depth if roots are thin; voxels. greys.hard cannot
   // replace it, because it is mostly bone.
-  constexpr double kUnblurred = 3, kLeastFar = 1.5;
+  constexpr double kUnblurred = 3, kMinFar = 1.5;
   SparseMask core_mask;
   std::vector<float> dentin_greys;
-  for (double far = kUnblurred; far >= kLeastFar; far -= 0.5) {
+  for (double far = kUnblurred; far >= kMinFar; far -= 0.5) {
     const auto squared = static_cast<float>(far * far);
     core_mask = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return tooth.v[i] && tissue.v[i] == Tissue::kDentin && to_pulp.v[i] >= squared && to_other.v[i] >= squared &&
@@ -410,7 +410,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
     around([&](std::size_t j, const glm::ivec3& q) {
       if (is_core(j)) core += static_cast<double>(scan[q]), samples += 1;
     });
-    const double bright = samples >= static_cast<double>(kLeast) ? core / samples : dentin;
+    const double bright = samples >= static_cast<double>(kMin) ? core / samples : dentin;
     double volume = 0;
     around([&](std::size_t j, const glm::ivec3& q) {
       if (!near_canal(j)) return;
@@ -548,25 +548,25 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   // Density of enamel / that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
   // If the three classes have mixed bones, the brightest class is divided again.
-  constexpr double kLeastEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
+  constexpr double kMinEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
   for (std::size_t c = crown + 1; c < kBins; ++c) {
     if (between(crown, c) + between(c, kBins) > between(crown, third) + between(third, kBins)) third = c;
   }
   const double upper = mode(third, kBins);
-  if (upper - offset > kDenser * (greys.enamel - offset) && mass[kBins] - mass[third] > kLeastEnamel * mass[kBins]) {
+  if (upper - offset > kDenser * (greys.enamel - offset) && mass[kBins] - mass[third] > kMinEnamel * mass[kBins]) {
     greys.hard = mode(crown, third);
     greys.enamel = upper;
   }
   // Metal is brighter than enamel by more than enamel is brighter than dentin.
-  const double least_metal = 2 * greys.enamel - greys.hard;
+  const double min_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
-    if (static_cast<double>(g) > least_metal) metal.push_back(g);
+    if (static_cast<double>(g) > min_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels; with fewer, there is no metal
-  if (metal.size() >= kLeastMetal) {
+  constexpr std::size_t kMinMetal = 40;  // smallest number of voxels; with fewer, there is no metal
+  if (metal.size() >= kMinMetal) {
     // Third quartile, because the borders of metal are too dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
@@ -598,21 +598,21 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Three masks: certain crowns, marrow, bright samples beside marrow. kLeast…: smallest regions, mm³.
-  constexpr double kLeastCrown = 8, kLeastMarrow = 20;
+  // Three masks: certain crowns, marrow, bright samples beside marrow. kMin…: smallest regions, mm³.
+  constexpr double kMinCrown = 8, kMinMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);
   if (greys.has_enamel)
     crown = large_parts(mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.crown()); }),
-                        kLeastCrown * mm3);
+                        kMinCrown * mm3);
   SparseMask not_marrow = mask([&](std::size_t i, const glm::ivec3& p) {
     return !brighter(i, greys.canal()) || brighter(i, greys.bright()) || s.surface.distance[p] >= -1;
   });
   not_marrow.outside = 1;
   const Sparse<float> to_rim = distance_squared_to(not_marrow, 2);
   const SparseMask marrow =
-      large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kLeastMarrow * mm3);
+      large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kMinMarrow * mm3);
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
@@ -728,8 +728,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
         brightest.v[i] = std::max(brightest.v[i], sample(exact, glm::dvec3(p) + t / steep * slope));
     });
     // Noise raises the largest of several values by this many standard deviations.
-    constexpr double kMostOfNoise = 0.5;
-    const double excess = kMostOfNoise * noise * noise_left(kSmooth, s.true_blur);
+    constexpr double kMaxOfNoise = 0.5;
+    const double excess = kMaxOfNoise * noise * noise_left(kSmooth, s.true_blur);
     const auto bound_at = [&](std::size_t i) {
       return glm::mix(soft, dense, canal_bound((static_cast<double>(brightest.v[i]) - excess - soft) / (dense - soft)));
     };
@@ -806,7 +806,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     if (s.surface.distance[p] >= 0) return false;
     return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kAmalgam || (t == Tissue::kPulp && in_tooth(i));
   });
-  out.report.teeth = find_teeth(teeth, crown, voxel, kLeastCrown * mm3);
+  out.report.teeth = find_teeth(teeth, crown, voxel, kMinCrown * mm3);
   for (JawTooth& found : out.report.teeth) found.volume *= cubed(voxel);
   return out;
 }

@@ -172,40 +172,40 @@ struct HounsfieldScale {
 /// Finds air and soft tissue as peaks about 1000 apart. Otherwise the darkest and brightest value, `lo` and `hi`, may
 /// show plain Hounsfield units. Otherwise nullopt.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
-  constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
+  constexpr double kAir = -1000, kMinApart = 880, kMaxApart = 1100;
   // Limits of the brightest voxel (bone to metal), Hounsfield units.
-  constexpr double kLeastBone = 300, kMost = 8000;
+  constexpr double kMinBone = 300, kMost = 8000;
   // Smallest fraction of all voxels in each of both peaks.
-  constexpr double kLeastMass = 0.01;
+  constexpr double kMinMass = 0.01;
   // Usual constants, most frequent first; an offset within kNear of one is set to it.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
     for (const Peak& soft : peaks) {
       const double apart = soft.level - air.level;
-      if (apart < kLeastApart || apart > kMostApart || air.mass < kLeastMass || soft.mass < kLeastMass) continue;
+      if (apart < kMinApart || apart > kMaxApart || air.mass < kMinMass || soft.mass < kMinMass) continue;
       double offset = air.level - kAir;
       bool usual = false;
       const double* nearest =
           std::ranges::min_element(kUsual, {}, [&](double o) { return std::abs(air.level - kAir - o); });
       if (std::abs(offset - *nearest) < kNear) offset = *nearest, usual = true;
-      if (hi - offset < kLeastBone || hi - offset > kMost) continue;
+      if (hi - offset < kMinBone || hi - offset > kMost) continue;
       if (found && !usual) continue;
       found = {offset, fmt::format("air at {:.4g}, soft tissue at {:.4g}", air.level, soft.level)};
       if (usual) return found;
     }
   }
-  if (!found && lo < -800 && lo > -1200 && hi > kLeastBone && hi < 6000)
+  if (!found && lo < -800 && lo > -1200 && hi > kMinBone && hi < 6000)
     found = {0, fmt::format("greys from {:.4g} to {:.4g}", lo, hi)};
   return found;
 }
 
 /// Peak with the most voxels between two grey values; very small peaks are ignored.
 std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
-  constexpr double kLeastMass = 0.002;
+  constexpr double kMinMass = 0.002;
   const Peak* best = nullptr;
   for (const Peak& p : peaks) {
-    if (p.level > low && p.level < high && p.mass > kLeastMass && (!best || p.mass > best->mass)) best = &p;
+    if (p.level > low && p.level < high && p.mass > kMinMass && (!best || p.mass > best->mass)) best = &p;
   }
   return best ? std::optional(best->level) : std::nullopt;
 }
@@ -229,8 +229,8 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
     const auto above = hill_between(peaks, surface, most);
     levels.soft = fits || (even < most && !above) ? even : above ? *above : 0.5 * (surface + most);
-    constexpr double kLeastHeight = 0.15, kMostHeight = 0.85;
-    levels.height = std::clamp((surface - levels.outside) / (levels.soft - levels.outside), kLeastHeight, kMostHeight);
+    constexpr double kMinHeight = 0.15, kMaxHeight = 0.85;
+    levels.height = std::clamp((surface - levels.outside) / (levels.soft - levels.outside), kMinHeight, kMaxHeight);
     levels.soft = levels.outside + (surface - levels.outside) / levels.height;
   }
   if (options.dense_grey) {

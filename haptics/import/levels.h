@@ -23,7 +23,7 @@ struct Levels {
   // Grey value above which voxels are tooth. The largest body with teeth is imported; if empty, the largest body.
   std::optional<double> tooth;
   // Smallest volume brighter than `tooth` that counts as teeth, m³.
-  static constexpr double kLeastTeeth = 8e-9;
+  static constexpr double kMinTeeth = 8e-9;
   // Grey value of the surface as a fraction: 0 is outside, 1 is soft.
   double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: unknown

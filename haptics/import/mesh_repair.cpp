@@ -238,7 +238,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   }
   const std::size_t count = triangles.size();
   shells.depth.assign(count, 0);
-  if (!nesting || count < 2 || count > kMostNested) return shells;
+  if (!nesting || count < 2 || count > kMaxNested) return shells;
 
   struct Box {
     dvec3 lo{1e300}, hi{-1e300};

@@ -33,11 +33,11 @@ struct Shells {
   std::vector<int> of_triangle;
   // Signed volume of each shell, m³. An open shell counts as closed to its first point.
   std::vector<double> volume;
-  // Number of shells around each shell; 0 if there are more than kMostNested shells.
+  // Number of shells around each shell; 0 if there are more than kMaxNested shells.
   std::vector<int> depth;
 };
 // More shells than this are probably fragments.
-inline constexpr std::size_t kMostNested = 200;
+inline constexpr std::size_t kMaxNested = 200;
 /// `nesting`: also computes Shells::depth.
 Shells shells_of(const Mesh& mesh, bool nesting);
 

@@ -21,14 +21,14 @@ using importing::Triangle;
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 10'000'000;
-constexpr double kLeastVoxel = 0.1e-3;  // m, smallest voxel edge that is chosen automatically
-constexpr double kUsualVoxels = 12e6;   // number of voxels, if their edge is chosen automatically
+constexpr std::size_t kMaxTriangles = 10'000'000;
+constexpr double kMinVoxel = 0.1e-3;   // m, smallest voxel edge that is chosen automatically
+constexpr double kUsualVoxels = 12e6;  // number of voxels, if their edge is chosen automatically
 // Automatically chosen edges are multiples of this, m.
 constexpr double kVoxelStep = 0.01e-3;
-constexpr double kBand = 1.5e-3;     // m, largest distance from the surface that the volume stores
-constexpr double kLeastArea = 1e-9;  // smallest area, as a fraction of the squared extent
-constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
+constexpr double kBand = 1.5e-3;                         // m, largest distance from the surface that the volume stores
+constexpr double kMinArea = 1e-9;                        // smallest area, as a fraction of the squared extent
+constexpr double kMinLength = 0.5e-3, kMaxLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
 /// Six times the enclosed volume, relative to the first vertex.
 double six_volumes(const TissueMesh& mesh) {
@@ -84,9 +84,9 @@ ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, 
   }
   importing::MeshRepairs repairs;
   importing::Mesh read = importing::read_surface(file, unit, repairs);
-  if (read.corners.size() > kMostTriangles) {
+  if (read.corners.size() > kMaxTriangles) {
     throw Error(file.string(), "mesh", fmt::format("{} triangles", read.corners.size()),
-                fmt::format("at most {}", kMostTriangles));
+                fmt::format("at most {}", kMaxTriangles));
   }
   importing::drop_copies(read, repairs);
   ReadTissueMesh result;
@@ -99,17 +99,17 @@ ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, 
   for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
   const dvec3 extent = hi - lo;
   const double longest = std::max({extent.x, extent.y, extent.z});
-  if (!(longest >= kLeastLength && longest <= kMostLength)) {
+  if (!(longest >= kMinLength && longest <= kMaxLength)) {
     throw Error(file.string(), "size",
                 fmt::format("a mesh {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, unit / kMillimetre),
-                fmt::format("{:g} to {:g} mm; say what its unit is (\"unit_mm\")", kLeastLength / kMillimetre,
-                            kMostLength / kMillimetre));
+                fmt::format("{:g} to {:g} mm; say what its unit is (\"unit_mm\")", kMinLength / kMillimetre,
+                            kMaxLength / kMillimetre));
   }
   double area = 0;
   for (const glm::uvec3& t : mesh.triangles) {
     area += glm::length(glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x], mesh.vertices[t.z] - mesh.vertices[t.x]));
   }
-  if (!(area > kLeastArea * longest * longest)) {
+  if (!(area > kMinArea * longest * longest)) {
     throw Error(file.string(), "mesh", fmt::format("{} triangles without area", mesh.triangles.size()), "a surface");
   }
   if (six_volumes(mesh) < 0 && is_closed(mesh)) {
@@ -130,7 +130,7 @@ DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options) 
   dvec3 lo(1e300), hi(-1e300);
   for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
   const dvec3 around = hi - lo + 2 * kBand;
-  double voxel = options.voxel.value_or(kLeastVoxel);
+  double voxel = options.voxel.value_or(kMinVoxel);
   if (!options.voxel) {
     const double needed = std::cbrt(around.x * around.y * around.z / kUsualVoxels);
     voxel = std::max(voxel, kVoxelStep * std::ceil(needed / kVoxelStep));

@@ -91,9 +91,9 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
   for (const long long n : sizes) {
     if (n < 4) throw Error(file.string(), place, text, "at least 4 voxels along each axis");
   }
-  if (product > kMostVoxels) {
+  if (product > kMaxVoxels) {
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
-                fmt::format("at most {:.3g} voxels", kMostVoxels));
+                fmt::format("at most {:.3g} voxels", kMaxVoxels));
   }
   // Two copies of the scan, one with exchanged axes.
   constexpr double kBytesPerVoxel = 8;

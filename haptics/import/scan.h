@@ -80,12 +80,12 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
 // Largest number of voxels of a scan.
-inline constexpr double kMostVoxels = 1.0e9;
+inline constexpr double kMaxVoxels = 1.0e9;
 
 /// Converts bytes to numbers. `swap`: reverses the byte order.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 
-/// Throws Error unless each size is at least 4, their product at most kMostVoxels, and `memory` bytes suffice (empty:
+/// Throws Error unless each size is at least 4, their product at most kMaxVoxels, and `memory` bytes suffice (empty:
 /// the free memory).
 void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes,
                  const std::optional<double>& memory = std::nullopt);

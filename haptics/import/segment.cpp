@@ -32,7 +32,7 @@ std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth,
     const auto id = static_cast<std::size_t>(parts.label.v[i]);
     if (id > 0 && smooth.v[i] > bright && smooth.holds(smooth.place(i))) ++bodies[id - 1].bright;
   }
-  return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kLeastTeeth / (voxel * voxel * voxel)));
+  return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kMinTeeth / (voxel * voxel * voxel)));
 }
 
 // Marks regions that have at least `fraction` of the largest region's voxels.
@@ -142,7 +142,7 @@ class Segmenter {
   // Finds the first surface. Near denser tissue, its threshold is half-way to that tissue, so fissures stay open; but
   // it is always clearly below the softer tissue.
   void find_solid_and_cavities() {
-    const double most_height = std::max(0.8, levels_.height);
+    const double max_height = std::max(0.8, levels_.height);
     over_ = Sparse<float>(set_, -0.5F, 0.5F);
     {
       // Skips samples that no threshold can reach.
@@ -151,7 +151,7 @@ class Segmenter {
       for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
         const double top = std::clamp<double>(brightest.v[i], levels_.soft, levels_.top());
         const double threshold =
-            std::min(levels_.outside + levels_.height * (top - levels_.outside), levels_.outside + most_height * rise_);
+            std::min(levels_.outside + levels_.height * (top - levels_.outside), levels_.outside + max_height * rise_);
         over_.v[i] = static_cast<float>((smooth_.v[i] - threshold) / rise_);
       });
     }
@@ -240,7 +240,7 @@ class Segmenter {
         grey_,
         where(set_, false, false,
               [&](std::size_t i, const glm::ivec3& p) { return first_.distance[p] < 0 && smooth_.v[i] > denser; }),
-        kEnoughEnamel, 1.4, std::max(kLeastBlur, s_.blur));
+        kEnoughEnamel, 1.4, std::max(kMinBlur, s_.blur));
   }
 
   // Fraction of tissue at each sample: 0 in the surroundings, 1 just below the surface and everywhere deeper, so that

@@ -40,10 +40,10 @@ double value(const Shading& s, const glm::dvec3& p) {
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
   // Edge of a cell, m; largest number of cells and of examined samples per axis; distance of the differences, voxels.
   constexpr double kCell = 2.4e-3;
-  constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
-  constexpr std::size_t kLeast = 20;  // uniform samples of a cell
-  const glm::ivec3 edge = glm::max(glm::ivec3(glm::round(kCell / spacing)),
-                                   glm::max(glm::ivec3(4), (g.size + kMostCells - 1) / kMostCells));
+  constexpr int kMaxCells = 24, kSamples = 8, kReach = 2;
+  constexpr std::size_t kMin = 20;  // uniform samples of a cell
+  const glm::ivec3 edge =
+      glm::max(glm::ivec3(glm::round(kCell / spacing)), glm::max(glm::ivec3(4), (g.size + kMaxCells - 1) / kMaxCells));
   const glm::ivec3 step = (edge + kSamples - 1) / kSamples, cells = (g.size + edge - 1) / edge;
   const float darkest = *std::min_element(g.v.begin(), g.v.end());
   const auto slope = [&](const glm::ivec3& p) {
@@ -89,7 +89,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
           }
         }
         const std::size_t n = slopes[0].size();
-        if (n < kLeast) continue;
+        if (n < kMin) continue;
         of_slab[static_cast<std::size_t>(cx)].push_back(
             {2.0 * sum / (static_cast<double>(n) * glm::dvec3(g.size - 1)) - 1.0,
              {quantile(slopes[0], 0.5), quantile(slopes[1], 0.5), quantile(slopes[2], 0.5)},
@@ -122,7 +122,7 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
   // Residual in σ at which the weight is one half; lower limit of σ, grey values per voxel; regularization.
-  constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
+  constexpr double kLimit = 1.5, kMinSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
     double slope, samples, weight;
@@ -162,7 +162,7 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
     x = solved(normal, right);
     for (std::size_t r = 0; r < rows.size(); ++r)
       residuals[r] = std::abs(rows[r].slope - std::inner_product(x.begin(), x.end(), rows[r].of.begin(), 0.0));
-    const double spread = std::max(1.4826 * quantile(residuals, 0.5), kLeastSpread);
+    const double spread = std::max(1.4826 * quantile(residuals, 0.5), kMinSpread);
     for (std::size_t r = 0; r < rows.size(); ++r)
       rows[r].weight = rows[r].samples / (1 + std::pow(residuals[r] / (kLimit * spread), 2));
   }
@@ -210,10 +210,10 @@ void Shading::remove_from(Scan& scan) const {
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
   // Smallest range that is removed; largest gradient of uniform tissue, per voxel and relative to the noise; begin of
   // the outer part, as a fraction of half the extent; fraction of cells ignored at both ends of the range.
-  constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
-  constexpr std::size_t kLeastCells = 100;
+  constexpr double kMinRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
+  constexpr std::size_t kMinCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));
-  if (cells.size() < kLeastCells) return std::nullopt;
+  if (cells.size() < kMinCells) return std::nullopt;
   Shading s;
   s.half = 0.5 * glm::dvec3(scan.grey.size - 1) * scan.spacing;
   s.centre = scan.origin + s.half;
@@ -229,7 +229,7 @@ std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth,
     return all[static_cast<std::size_t>(fraction * static_cast<double>(all.size() - 1))];
   };
   s.range = at(1 - kDarkest) - at(kDarkest);
-  if (!(s.range >= kLeastRange)) return std::nullopt;
+  if (!(s.range >= kMinRange)) return std::nullopt;
   s.coefficient[0] = outer.empty() ? -at(0.5) : -quantile(outer, 0.5);
   return s;
 }

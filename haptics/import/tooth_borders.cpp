@@ -27,10 +27,10 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
   // Distance that blur affects at a border, and reach of the surroundings at the surface; voxels.
   constexpr float kBlurred = 2.5F;
   constexpr double kOutside = 3;
-  constexpr double kLeast = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
+  constexpr double kMin = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
   const std::shared_ptr<const BlockSet>& set = s.dense.set;
   const Sparse<float>& d = s.surface.distance;
-  const double blur = std::max(kLeastBlur, s.blur);
+  const double blur = std::max(kMinBlur, s.blur);
   const SparseMask body = where(set, false, false, [&](std::size_t, const glm::ivec3& p) { return d[p] <= 0; });
   const SparseMask dentin = where(
       set, false, true, [&](std::size_t i, const glm::ivec3&) { return body.v[i] && !enamel.v[i] && !pulp.v[i]; });
@@ -43,7 +43,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
   const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;
-    constexpr double kLeastContrast = 0.3;  // smallest local difference, as a fraction of the usual one
+    constexpr double kMinContrast = 0.3;  // smallest local difference, as a fraction of the usual one
     const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
     const Sparse<float> into = distance_squared_to(others, 4);
     Sparse<float> fraction(set, 0, 0);
@@ -60,9 +60,9 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
       const double of_dentin = dentin_grey ? dentin_grey->at(p) : levels.soft;
       const double displaced = at + blur * blur * curvature_at(d, p);
       const double without = glm::mix(of_dentin, outside.at(p), 0.5 * std::erfc(-displaced / (std::sqrt(2.0) * blur)));
-      const double contrast = usual * std::max(kLeastContrast, (own_grey(p) - of_dentin) / usual);
+      const double contrast = usual * std::max(kMinContrast, (own_grey(p) - of_dentin) / usual);
       const double found = (static_cast<double>(grey[p]) - without) / contrast;
-      fraction.v[i] = static_cast<float>(std::clamp(found, kLeast, kMost));
+      fraction.v[i] = static_cast<float>(std::clamp(found, kMin, kMost));
     });
     match_volume(field, fraction, border, body, blur);
   };

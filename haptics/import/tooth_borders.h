@@ -10,7 +10,7 @@
 namespace typodont::haptics::importing {
 
 /// Smallest blur of a scan, voxels; the averaging over a voxel alone gives 0.3.
-inline constexpr double kLeastBlur = 0.4;
+inline constexpr double kMinBlur = 0.4;
 
 /// Moves the borders of enamel and pulp until their volumes agree with the grey values (partial_volume.h).
 /// `enamel_grey`: empty if unknown; `pulp_grey`: value for pulps that are too narrow to measure.

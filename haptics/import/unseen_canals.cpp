@@ -29,7 +29,7 @@ int longest_axis(const DenseTissue& t) {
 double unseen_canal_volume(const DenseTissue& tooth, double diameter) {
   const int along = longest_axis(tooth), u = (along + 1) % 3, v = (along + 2) % 3;
   const double cross_section = M_PI / 4 * diameter * diameter, voxel = tooth.frame.voxel;
-  const auto least_voxels = static_cast<std::size_t>(std::ceil(cross_section / (voxel * voxel)));
+  const auto min_voxels = static_cast<std::size_t>(std::ceil(cross_section / (voxel * voxel)));
   std::size_t root_slices = 0;  // number of areas of roots without pulp, over all slices
   std::vector<char> seen;
   std::vector<glm::ivec3> area;
@@ -62,7 +62,7 @@ double unseen_canal_volume(const DenseTissue& tooth, double diameter) {
             }
           }
         }
-        root_slices += only_dentin && area.size() >= least_voxels;
+        root_slices += only_dentin && area.size() >= min_voxels;
       }
     }
   }

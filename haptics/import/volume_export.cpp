@@ -67,12 +67,12 @@ std::string gzip(const std::string& bytes) {
     throw RunFailure("zlib does not start");
   std::string out;
   std::array<char, 1 << 16> piece;
-  constexpr std::size_t kMostAtOnce = 1u << 30;
+  constexpr std::size_t kMaxAtOnce = 1u << 30;
   std::size_t done = 0;
   int state = Z_OK;
   while (state == Z_OK) {
     if (z.avail_in == 0 && done < bytes.size()) {
-      const std::size_t n = std::min(kMostAtOnce, bytes.size() - done);
+      const std::size_t n = std::min(kMaxAtOnce, bytes.size() - done);
       z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + done));
       z.avail_in = static_cast<uInt>(n);
       done += n;
@@ -177,10 +177,10 @@ void write(const DenseTissue& t, const std::filesystem::path& file, const Sample
            const std::function<std::string()>& dicom) {
   const std::string ending = lower_case(file.extension().string());
   const bool nifti = ending == ".nii";
-  constexpr int kMostNifti = 32767;
-  if (nifti && glm::any(glm::greaterThan(t.size, glm::ivec3(kMostNifti)))) {
+  constexpr int kMaxNifti = 32767;
+  if (nifti && glm::any(glm::greaterThan(t.size, glm::ivec3(kMaxNifti)))) {
     throw Error(file.string(), "size", fmt::format("{} x {} x {} voxels", t.size.x, t.size.y, t.size.z),
-                fmt::format("at most {} along an axis of a NIfTI file; a .nrrd file has no such limit", kMostNifti));
+                fmt::format("at most {} along an axis of a NIfTI file; a .nrrd file has no such limit", kMaxNifti));
   }
   if (ending == ".dcm" && !dicom)
     throw Error(file.string(), "extension", "\".dcm\"", ".nrrd or .nii: a DICOM segmentation contains only labels");

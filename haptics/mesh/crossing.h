@@ -80,7 +80,7 @@ class BoxedTriangles {
     glm::vec3 lo_f, hi_f;  // bounding box as floats
     Corners t;
   };
-  std::array<Boxed, EditableMesh::kMostAround> triangles_;
+  std::array<Boxed, EditableMesh::kMaxAround> triangles_;
   std::size_t count_ = 0;
   dvec3 lo_{std::numeric_limits<double>::max()}, hi_{std::numeric_limits<double>::lowest()};
 };

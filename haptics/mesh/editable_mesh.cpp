@@ -447,11 +447,11 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
   // The ends may have only two common neighbours; otherwise the surface would touch itself.
-  Index beside[kMostAround];
+  Index beside[kMaxAround];
   int count = 0;
   bool allowed = true;
   const auto add = [&](Index v) {
-    if (count == kMostAround) {
+    if (count == kMaxAround) {
       allowed = false;
     } else {
       beside[count++] = v;
@@ -480,7 +480,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
   const Index f_bc = faces_[f].n[(i + 1) % 3], f_ca = faces_[f].n[(i + 2) % 3];
   const Index g_ad = faces_[g].n[(j + 1) % 3], g_db = faces_[g].n[(j + 2) % 3];
 
-  Index ring[kMostAround];
+  Index ring[kMaxAround];
   int count = 0;
   around(gone, [&](Index h, int) {
     if (h != f && h != g) ring[count++] = h;

@@ -44,7 +44,7 @@ struct MeshRecord {
 
 class EditableMesh {
  public:
-  static constexpr int kMostAround = 64;  // faces around a vertex; with more, edges cannot collapse
+  static constexpr int kMaxAround = 64;  // faces around a vertex; with more, edges cannot collapse
   EditableMesh() = default;
   /// `edge`: m, longest edge in the finest level of the grid; `spare`: vertices that can be added. Edges with more than
   /// two or inconsistent faces become borders; fans that share a vertex are separated; degenerate triangles are

@@ -10,7 +10,7 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::uint32_t kNoPiece = 0xffffffff;
-constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; more are ignored
+constexpr std::size_t kMaxAround = 64;  // largest number of faces around a vertex; more are ignored
 
 /// Normal whose length is twice the area of the face.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
@@ -105,10 +105,10 @@ void SurfacePieces::look_around(Index v) {
     dvec3 unit, weighted;
     std::size_t group;
   };
-  std::array<Around, kMostAround> ring;
+  std::array<Around, kMaxAround> ring;
   std::size_t count = 0;
   mesh_.around(v, [&](Index f, int c) {
-    if (count == kMostAround) return;
+    if (count == kMaxAround) return;
     const dvec3 a = mesh_.point(f, (c + 1) % 3) - mesh_.point(f, c),
                 b = mesh_.point(f, (c + 2) % 3) - mesh_.point(f, c);
     const dvec3 n = glm::cross(a, b);

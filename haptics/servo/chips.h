@@ -19,9 +19,9 @@ struct ChipParameters {
   static constexpr double grain_distance = 2;
   // width / thickness of a grain's chip
   static constexpr double chip_width = 10;
-  // chip_space: feed per turn / grain size at which chips fill the space between the grains. most_full: largest feed,
+  // chip_space: feed per turn / grain size at which chips fill the space between the grains. max_full: largest feed,
   // as a multiple of this; a faster feed occurs only in air.
-  static constexpr double chip_space = 3.1e-3, most_full = 1.2;
+  static constexpr double chip_space = 3.1e-3, max_full = 1.2;
 };
 
 /// Chip thickness in m; `feed`: m per turn. N blades: feed / N. Grains at the distance a on the radius r:
@@ -43,7 +43,7 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;
-  const double full = std::min(feed / (P::chip_space * tool.grit), P::most_full), full2 = full * full,
+  const double full = std::min(feed / (P::chip_space * tool.grit), P::max_full), full2 = full * full,
                full4 = full2 * full2;
   return 1 + full4 * full4;
 }

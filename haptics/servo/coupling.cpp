@@ -218,7 +218,7 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
     const double size = glm::length(change), most = P::teeth_slew * now.dt;
     const dvec3 step = change * (size > most ? most / size : 1.0);
     const dvec3 rest = now.force + c.teeth_force - limits.last_force - limits.last_teeth_force;
-    now.spindle_force = c.teeth_force + largest_fraction(step, rest, P::total_slew * now.dt) * step;
+    now.spindle_force = c.teeth_force + max_fraction(step, rest, P::total_slew * now.dt) * step;
   }
   limit_teeth_energy(now);
 }

@@ -123,7 +123,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   if (most >= strength) return 1;
   // Reduces the force to `most`, at the slew limit or as fast as the hand's own motion changes it.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
-  return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
+  return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }
 
 /// The felt force presses the edges. If it has been little for rest_time, as after a jump into tissue, the fraction

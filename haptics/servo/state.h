@@ -190,11 +190,11 @@ struct Servo::State {
 
   /// Limit of the ledger's debt, J. A larger debt is cancelled: it would allow no force, so the hand could never pay it
   /// back. At most the credit of the law.
-  double most_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
+  double max_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
 
   /// Largest debt that is cancelled when a contact ends, J: usually `limits.given`, which was allowed during the
-  /// contact. A debt above most_debt() is cancelled completely, because it has other causes, such as late ticks.
-  double cancelled_debt() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
+  /// contact. A debt above max_debt() is cancelled completely, because it has other causes, such as late ticks.
+  double cancelled_debt() const noexcept { return sums.energy < -max_debt() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
   /// Handles a tick without a valid pose or hand: zero force; the next valid tick starts again.

@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kCell = 1e-3;  // m, edge of the cells of the search grid
 // Smallest thickness used for a layer, m.
-constexpr double kLeastThickness = 0.2e-3;
+constexpr double kMinThickness = 0.2e-3;
 // Sheared depth / thickness. Heads are narrower than the layer; with one third, the stiffness under a ball of 1.2 mm
 // lies between Hertz's and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
-constexpr std::size_t kMostCells = 1u << 24;
+constexpr std::size_t kMaxCells = 1u << 24;
 
 /// A regular grid of samples of the distance function.
 struct Lattice {
@@ -51,7 +51,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
     : law_(law), lo_(lo) {
   const Lattice lattice{lo, law.spacing, glm::ivec3(glm::ceil((hi - lo) / law.spacing)) + 1};
   const dvec3 size(lattice.size);
-  if (!(size.x * size.y * size.z < static_cast<double>(kMostCells)))
+  if (!(size.x * size.y * size.z < static_cast<double>(kMaxCells)))
     throw std::invalid_argument("soft surface too large");
   std::vector<float> sample(static_cast<std::size_t>(lattice.size.x) * lattice.size.y * lattice.size.z);
   glm::ivec3 i;
@@ -94,7 +94,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
                !hidden(point.p_W - deep * point.n_W)) {
           deep += step;
         }
-        point.thickness = std::clamp(deep, kLeastThickness, std::max(law.thickness, kLeastThickness));
+        point.thickness = std::clamp(deep, kMinThickness, std::max(law.thickness, kMinThickness));
         point_of[lattice.index(i)] = static_cast<std::int32_t>(points_.size());
         points_.push_back(point);
       }
@@ -126,8 +126,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
           }
         }
   // Smallest area of a point, m²; points at the edge of the box would get less.
-  const double least_area = 0.1 * law.spacing * law.spacing;
-  for (Point& point : points_) point.area = std::max(point.area, least_area);
+  const double min_area = 0.1 * law.spacing * law.spacing;
+  for (Point& point : points_) point.area = std::max(point.area, min_area);
 
   std::vector<std::vector<Link>> links(points_.size());
   for (const auto& [pair, t] : tension) {

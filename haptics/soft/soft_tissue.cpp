@@ -16,7 +16,7 @@ struct SoftParameters {
   static constexpr double strain_limit = 0.8;  // largest compression of the layer / its thickness
   static constexpr double stop = 20;           // stiffness factor of a point at its limit
   // Largest force on the tool, N; with more, the tool passes through.
-  static constexpr double most_force = 3;
+  static constexpr double max_force = 3;
   // Largest change of the force per tick in addition to that by the tool's motion, N.
   static constexpr double free_step = 0.02;
   // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
@@ -25,16 +25,16 @@ struct SoftParameters {
   static constexpr double ignored_time = 0.2;
   // Cosine of the angle between head and tissue normals above which a point is pressed fully.
   static constexpr double full_weight = 0.5;
-  static constexpr double least_cosine = 0.35;
+  static constexpr double min_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
   // Height above the end of a head at which it should be as thick as the distance between points, m.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch
   // Half the distance between enclosing balls on the axis, m.
-  static constexpr double largest_ball = 1e-3;
+  static constexpr double max_ball = 1e-3;
   // Largest fraction of a displacement that is cut per tick.
-  static constexpr double most_per_tick = 0.3;
+  static constexpr double max_per_tick = 0.3;
   // Smallest distance between two wounds, m.
   static constexpr double wound_distance = 1.2e-3;
   static constexpr double hit = 0.2e-6;  // m, tolerance of the search along the normal
@@ -77,7 +77,7 @@ SoftTissue::SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<con
       shape.high = std::max(shape.high, shape.shank_z + part->shape.half());
       shape.radius = std::max(shape.radius, part->shape.radius());
     }
-    const int balls = std::max(1, static_cast<int>(std::ceil((shape.high - shape.low) / (2 * P::largest_ball))));
+    const int balls = std::max(1, static_cast<int>(std::ceil((shape.high - shape.low) / (2 * P::max_ball))));
     const double half = (shape.high - shape.low) / (2 * balls);
     for (int i = 0; i < balls; ++i)
       shape.balls.push_back({shape.low + (2 * i + 1) * half, std::hypot(half, shape.radius)});
@@ -250,7 +250,7 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
   }
   a.contact = true;
   a.exit = depth - shape.blunt - std::min(deepest, 0.0);
-  a.slope = X_WT.R * out_T / std::max(cosine, P::least_cosine);
+  a.slope = X_WT.R * out_T / std::max(cosine, P::min_cosine);
   const double overlap = a.exit - cut - a.v;
   a.ignored = was ? std::clamp(a.ignored * fade, 0.0, std::max(a.exit - cut, 0.0)) : std::max(0.0, overlap - moved);
 }
@@ -305,7 +305,7 @@ void SoftTissue::place_tool(double most) noexcept {
     u -= change;
     if (glm::dot(change, change) < 1e-20) break;  // a change below 0.1 nm counts as converged
   }
-  if (const double size = glm::length(u), bound = P::most_force / coupling_; size > bound) u *= bound / size;
+  if (const double size = glm::length(u), bound = P::max_force / coupling_; size > bound) u *= bound / size;
   if (const double size = glm::length(u - u_before_); size > most) u = u_before_ + (u - u_before_) * (most / size);
   u_ = u;
   touching_ = false;
@@ -326,7 +326,7 @@ void SoftTissue::cut(const Input& in) noexcept {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
     const SoftSurface::Point& at = surface_->points()[a.point];
     const double power = (a.force + a.stop) * in.cutting;  // W, power that cuts at this point
-    const double deeper = std::min(power * in.dt / (surface_->law().specific_energy * at.area), P::most_per_tick * a.v);
+    const double deeper = std::min(power * in.dt / (surface_->law().specific_energy * at.area), P::max_per_tick * a.v);
     const auto before = cut_[a.point];
     cut_[a.point] = static_cast<float>(std::min(cut_[a.point] + deeper, a.limit));
     a.v = std::max(a.v - (cut_[a.point] - before), 0.0);

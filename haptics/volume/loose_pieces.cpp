@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 // Number of blocks that may be visited: added per cut, and at most. A visit takes about 1 µs.
-constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
+constexpr std::int64_t kCreditPerCut = 200, kMaxCredit = 100'000;
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -493,7 +493,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
     all_seen_lo_ = lo, all_seen_hi_ = hi;
   }
   for (const BlockPart& now : blocks) note_emptied(blocks_->find(volume, now.key), now.bits, false);
-  credit_ = std::min(credit_ + kCreditPerCut, kMostCredit);
+  credit_ = std::min(credit_ + kCreditPerCut, kMaxCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
   const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };

@@ -9,9 +9,9 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBelow = 0.5;      // voxels below a triangle at which its tissue is read
-constexpr int kSteps = 3;           // number of Newton steps per vertex
-constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
+constexpr double kBelow = 0.5;     // voxels below a triangle at which its tissue is read
+constexpr int kSteps = 3;          // number of Newton steps per vertex
+constexpr double kMaxStep = 0.25;  // voxels, largest length of a Newton step
 
 /// Moves a vertex onto the surface by Newton steps along the gradient. OpenVDB uses means of edge crossings, which are
 /// not on a curved surface.
@@ -31,7 +31,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
     // Near the surface, |gradient|² is about 1. If it is 0.04 or less, the vertex does not move.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
-    if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
+    if (const double length = step.length(); length > kMaxStep) step *= kMaxStep / length;
     p += step;
   }
   return p;

@@ -33,7 +33,7 @@ constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
 // bytes, longest message; a longer output consists of truncated grids
 constexpr std::size_t kLongestMessage = 1000;
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest size of the cache
+constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 
 /// FNV-1a hash of the first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
@@ -177,7 +177,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   const int status = read_elsewhere(file, pattern, grids);
   if (status == 0) {
     FlatGrids result = read_flat(pattern, name);
-    cache::keep(folder, key.key(), ".flat", kMostKept, [&](const std::filesystem::path& to) {
+    cache::keep(folder, key.key(), ".flat", kMaxKept, [&](const std::filesystem::path& to) {
       std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
     });
     return result;

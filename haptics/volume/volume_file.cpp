@@ -25,7 +25,7 @@ constexpr const char* kHardness = "hardness";
 constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin
 // Limits of the box around the tissue, on which memory and time depend, in voxels: always allowed; per stored distance;
 // at most. Teeth and jaws have 5 to 50 per stored distance.
-constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kLargestBox = 1e9;
+constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kMaxBox = 1e9;
 
 /// Converts between voxels and mm, limited to ± band.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -77,8 +77,8 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
   if (volume.hardness) {
     for (auto it = volume.hardness->cbeginValueAll(); it; ++it) {
-      if (*it < kLeastHardness || *it > kOwnHardness) {
-        throw Error(name, kHardness, fmt::format("{}", *it), fmt::format("{} to {}", kLeastHardness, kOwnHardness));
+      if (*it < kMinHardness || *it > kOwnHardness) {
+        throw Error(name, kHardness, fmt::format("{}", *it), fmt::format("{} to {}", kMinHardness, kOwnHardness));
       }
     }
     const std::int32_t elsewhere = volume.hardness->background();
@@ -103,8 +103,8 @@ FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   const glm::dmat3 product = rotation * glm::transpose(rotation);
   double error = std::abs(glm::determinant(rotation) - 1);
   for (int column = 0; column < 3; ++column) error += glm::length(product[column] - glm::dmat3(1)[column]);
-  constexpr double kMostError = 1e-6;
-  if (!(error < kMostError)) throw Error(name, kFileRotation[0], "a matrix that is no rotation", "a rotation");
+  constexpr double kMaxError = 1e-6;
+  if (!(error < kMaxError)) throw Error(name, kFileRotation[0], "a matrix that is no rotation", "a rotation");
   const dvec3 p = dvec3(flat.file_origin.x(), flat.file_origin.y(), flat.file_origin.z()) * kMillimetre;
   if (!is_finite(p) || glm::length(p) > kFarthestOrigin)
     throw Error(name, kFileOrigin, "a position far away", "one within 100 m");
@@ -120,7 +120,7 @@ void check_extent(const StoredVolume& volume, const std::string& name) {
   double voxels = 1;
   for (int axis = 0; axis < 3; ++axis) voxels *= static_cast<double>(box.max()[axis]) - box.min()[axis] + 1;
   const auto stored = static_cast<double>(volume.distance->tree().activeLeafVoxelCount());
-  const double most = std::clamp(kBoxPerVoxel * stored, kSmallBox, kLargestBox);
+  const double most = std::clamp(kBoxPerVoxel * stored, kSmallBox, kMaxBox);
   if (voxels <= most) return;
   throw Error(name, "", fmt::format("tissue that is spread over {:.3g} voxels", voxels),
               fmt::format("at most {:.3g} voxels for {:.3g} stored distances", most, stored));

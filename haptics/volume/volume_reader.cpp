@@ -25,10 +25,10 @@ namespace {
 constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, including libraries
 // bytes of address space per byte of the file
 constexpr std::uint64_t kMemoryPerByte = 200;
-constexpr std::uint64_t kMostMemory = 32ull << 30;
+constexpr std::uint64_t kMaxMemory = 32ull << 30;
 // bytes of output per byte of file; tissue needs less
 constexpr std::uint64_t kOutputPerByte = 4096;
-constexpr std::uint64_t kLeastOutput = 64ull << 20;
+constexpr std::uint64_t kMinOutput = 64ull << 20;
 
 int run(int argc, char** argv) {
   using namespace typodont;
@@ -41,8 +41,8 @@ int run(int argc, char** argv) {
   // Opened before the right to write files is given up.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
-  const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
-  const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
+  const std::uint64_t longest = std::max(kMinOutput, kOutputPerByte * bytes);
+  const std::uint64_t memory = std::min(kMaxMemory, kMemory + kMemoryPerByte * bytes);
   limit_process({.memory = memory, .longest_file = longest});
   // Writing beyond the limit then fails with an exit status.
   std::signal(SIGXFSZ, SIG_IGN);

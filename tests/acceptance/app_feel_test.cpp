@@ -17,7 +17,7 @@ using namespace test;
 struct Felt {
   double worst_step = 0;  // N per tick, after the first touch
   double removed = 0;     // mm³
-  double most_force = 0;  // N
+  double max_force = 0;   // N
   double end_z_mm = 0;    // of the hand
   std::uint32_t faults = 0;
 };
@@ -44,7 +44,7 @@ Felt drill(const std::string& scene, const dvec3& start_mm, double newton, doubl
   Felt felt;
   for (std::size_t i = 300; i < ticks.size(); ++i) {
     felt.worst_step = std::max(felt.worst_step, glm::length(ticks[i].f_T_W - ticks[i - 1].f_T_W));
-    felt.most_force = std::max(felt.most_force, glm::length(ticks[i].f_T_W));
+    felt.max_force = std::max(felt.max_force, glm::length(ticks[i].f_T_W));
     felt.faults |= ticks[i].faults;
   }
   felt.end_z_mm = ticks.back().X_WT.p.z * 1e3;
@@ -64,7 +64,7 @@ TEST(Feel, DrillingTheMolarChangesTheForceByLessThan20MillinewtonATick) {
   for (const char* tool : {"round_012", "round_006", "cylinder_010", "flame_012", "pear_010"}) {
     const Felt felt = drill(molar(tool), kFissure, 1.5, 2.5);
     EXPECT_LT(felt.worst_step, 0.02) << tool;
-    EXPECT_GT(felt.most_force, 1.4) << tool;
+    EXPECT_GT(felt.max_force, 1.4) << tool;
     EXPECT_GT(felt.removed, 0.5) << tool;
     EXPECT_EQ(felt.faults, 0u) << tool;
   }
@@ -85,7 +85,7 @@ TEST(Feel, DrillingTheMolarHasNoForceStepForAnyBurMotorForceAndPlace) {
                          Run{"cone_016", "electric_1_5", {6.7, 5.0, 20.2}, 1.55, 2.3, ""}}) {
     const Felt felt = drill(molar(run.tool, run.motor), run.start, run.newton, 2.0, run.more, run.phase);
     EXPECT_LT(felt.worst_step, 0.02) << run.tool;
-    EXPECT_GT(felt.most_force, 0.9 * run.newton) << run.tool;
+    EXPECT_GT(felt.max_force, 0.9 * run.newton) << run.tool;
     EXPECT_GT(felt.removed, 0.3) << run.tool;
   }
 }
@@ -94,7 +94,7 @@ TEST(Feel, AStallOfTheCarverFor200MillisecondsIsNotFelt) {
   for (const char* tool : {"round_012", "flame_012"}) {
     const Felt felt = drill(molar(tool), kFissure, 1.5, 2.5, "--stall-carver-ms 200");
     EXPECT_LT(felt.worst_step, 0.02) << tool;
-    EXPECT_GT(felt.most_force, 1.4) << tool;
+    EXPECT_GT(felt.max_force, 1.4) << tool;
   }
 }
 
@@ -122,7 +122,7 @@ TEST(Feel, ThePlaneOfTheLastContactReplacesALatePatch) {
   EXPECT_EQ(free.faults, 0u);
   EXPECT_TRUE(late.faults & bits(Fault::kPatchEdge));
   EXPECT_LT(late.worst_step, 0.02);
-  EXPECT_NEAR(late.most_force, 1.0, 0.3);
+  EXPECT_NEAR(late.max_force, 1.0, 0.3);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ TEST_F(PackCommand, TheSummaryAgreesWithTheWrittenPacking) {
   EXPECT_EQ(p.size(), 1500u);
   EXPECT_EQ(p.seed, 3u);
   EXPECT_NEAR(json["coverage"].number(), p.coverage(), 1e-12);
-  EXPECT_NEAR(json["largest_hole_mm"].number(), p.largest_hole * 1e3, 1e-12);
+  EXPECT_NEAR(json["largest_hole_mm"].number(), p.max_hole * 1e3, 1e-12);
   EXPECT_NEAR(json["tissues"]["enamel"]["volume_mm3"].number(), 4.0 / 3 * 3.14159265 * 8, 0.1);
   EXPECT_THAT(test::read_text(folder / "p.png"), HasSubstr("PNG"));
 }

@@ -61,8 +61,8 @@ TEST_F(MeshCommand, ASphereIsClosedWithinToleranceAndHasFewTriangles) {
     const test::Topology t = test::topology_of(mesh);
     EXPECT_TRUE(t.closed && t.oriented && t.manifold) << t.complaint;
     EXPECT_EQ(t.euler, 2);
-    const double error = test::largest_error(
-        mesh, [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(0.03, -0.02, 0.04)) - 3; });
+    const double error =
+        test::max_error(mesh, [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(0.03, -0.02, 0.04)) - 3; });
     EXPECT_LT(error, tolerance);
     EXPECT_LT(static_cast<double>(mesh.triangles.size()) * error / 3, 7.3) << tolerance;
   }

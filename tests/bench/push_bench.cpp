@@ -28,7 +28,7 @@ void add_cases() {
       excess = std::max(excess, felt.any.over);
       largest = std::max(largest, felt.any.largest.size);
       later += felt.after_landing.largest.size > test::kPushStep;
-      energy = std::max(energy, -felt.least_energy);
+      energy = std::max(energy, -felt.min_energy);
     }
     state.counters["hands_beyond_motion"] = beyond;
     state.counters["excess_N"] = excess;

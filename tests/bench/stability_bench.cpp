@@ -21,8 +21,8 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMaxDelay = 2;
 
 struct Course {
-  bool grows = false;       // the vibration grows, or the hand leaves the wall
-  double least_energy = 0;  // J, of the energy ledger
+  bool grows = false;     // the vibration grows, or the hand leaves the wall
+  double min_energy = 0;  // J, of the energy ledger
 };
 
 /// Timing of the servo.
@@ -52,7 +52,7 @@ Course play(double stiffness, const Clock& clock, const std::function<double(dou
     const double end = (force[static_cast<std::size_t>(clock.delay)] - kPush) / kDamping;
     z += end * T + (v - end) * (1 - e) * kMass / kDamping;
     v = end + (v - end) * e;
-    course.least_energy = std::min(course.least_energy, energy());
+    course.min_energy = std::min(course.min_energy, energy());
     const double excursion = std::abs(z - rest);
     if (i >= ticks / 4 && i < ticks / 2) early = std::max(early, excursion);
     if (i >= 3 * ticks / 4) late = std::max(late, excursion);
@@ -134,7 +134,7 @@ void wall_case(benchmark::State& state, const Clock& clock) {
   state.counters["servo_N_per_m"] = found;
   require(std::abs(found / theory - 1) < 0.05, "the servo is as stable as the theory allows");
   if (clock.delay > 0) return;
-  state.counters["energy_at_twice_nJ"] = 1e9 * std::abs(servo(2 * theory, clock, true).least_energy);
+  state.counters["energy_at_twice_nJ"] = 1e9 * std::abs(servo(2 * theory, clock, true).min_energy);
 }
 
 void stall_case(benchmark::State& state, test::StallGesture gesture, double stall) {

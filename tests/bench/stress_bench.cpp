@@ -18,15 +18,15 @@ constexpr double kHostileLimit = 8;  // N, force limit with erratic hands
 
 /// What a hand felt.
 struct Felt {
-  double most_force = 0, over_limit = 0;  // N
-  double energy = 0;                      // J, largest energy that the force gave to the hand
+  double max_force = 0, over_limit = 0;  // N
+  double energy = 0;                     // J, largest energy that the force gave to the hand
   // N per tick, largest change of the force beyond 1.5 × stiffness × displacement of the hand
   double step = 0;
   int not_finite = 0;  // ticks
   int passed = 0;      // ticks without force in the tissue, or hands that came through it
 
   void worse_of(const Felt& other) {
-    most_force = std::max(most_force, other.most_force), over_limit = std::max(over_limit, other.over_limit);
+    max_force = std::max(max_force, other.max_force), over_limit = std::max(over_limit, other.over_limit);
     energy = std::max(energy, other.energy), step = std::max(step, other.step);
     not_finite += other.not_finite, passed += other.passed;
   }
@@ -48,7 +48,7 @@ class Run {
       return tick;
     }
     const double force = glm::length(tick.f_T_W);
-    felt.most_force = std::max(felt.most_force, force);
+    felt.max_force = std::max(felt.max_force, force);
     const double over = force - scene.settings.force_limit;
     if (over > 1e-9 * scene.settings.force_limit) felt.over_limit = std::max(felt.over_limit, over);
     felt.energy = std::max(felt.energy, -tick.energy);
@@ -88,7 +88,7 @@ class Report {
       require(value <= limit, fmt::format("the default model survives: {} {:g}, limit {:g}", measure, value, limit));
   }
   void add_sense(const Felt& felt) {
-    state_.counters["greatest_force_N"] = felt.most_force;
+    state_.counters["greatest_force_N"] = felt.max_force;
     add("not_finite_ticks", felt.not_finite, 0);
     add("beyond_limit_N", felt.over_limit, 0);
   }

@@ -131,7 +131,7 @@ void ball(benchmark::State& state) {
                         for (const FieldBrick& brick : bricks) mesher->put(brick);
                         (void)mesher->remesh();
                       }).median;
-  const double error = test::largest_error(surface::weld(*mesher), distance(radius)) / radius;
+  const double error = test::max_error(surface::weld(*mesher), distance(radius)) / radius;
   double theirs = 0;
   for (double finer = radius; finer < 6 * radius; finer *= 1.1) {
     const LevelSet grid(finer, kCentre, kBand);
@@ -140,7 +140,7 @@ void ball(benchmark::State& state) {
     surface::WholeMesh mesh;
     for (const glm::vec3& p : made.points) mesh.vertices.push_back({p, {}, Tissue::kEnamel});
     for (const auto& t : made.triangles) mesh.triangles.push_back({t[0], t[1], t[2]});
-    if (test::largest_error(mesh, distance(finer)) / finer > error) continue;
+    if (test::max_error(mesh, distance(finer)) / finer > error) continue;
     theirs = grid.extract(repeats(), made);
     break;
   }
@@ -162,7 +162,7 @@ void sphere(benchmark::State& state, float tolerance) {
                     }).median;
   const surface::WholeMesh mesh = surface::weld(mesher);
   const auto triangles = static_cast<double>(mesh.triangles.size());
-  const double cost = triangles * test::largest_error(mesh, distance) / radius;
+  const double cost = triangles * test::max_error(mesh, distance) / radius;
   set_time(state, ns / static_cast<double>(bricks.size()));
   state.counters["triangles"] = triangles;
   state.counters["triangles_times_error"] = cost;

@@ -22,7 +22,7 @@ constexpr double kTick = 1e-3;         // s
 constexpr std::size_t kSettled = 100;  // ticks until the hand is on the surface; earlier ticks are not timed
 constexpr std::size_t kPressed = 300;  // ticks until the pressing hand no longer swings
 constexpr int kPasses = 3;             // the shortest time of each tick counts
-constexpr double kLeast = 0.02;        // N, a smaller force has no reliable direction
+constexpr double kMin = 0.02;          // N, a smaller force has no reliable direction
 constexpr std::size_t kDrillTicks = 600;
 constexpr double kPress = 1;       // N, force with which the drilling hand presses
 constexpr double kGrid = 0.02e-3;  // m, spacing of the grid with which a swept volume is measured
@@ -92,7 +92,7 @@ void print_slide(const ModelTissue& tissue, const Course& course, const PeerMode
       const PeerTick tick = peer->tick(course.hand[i], false);
       times[i] = std::min(times[i], tick.cpu_ns);
       const dvec3 truth = kStiffness * (course.truth[i] - course.hand[i]);
-      if (pass > 0 || i < kSettled || glm::length(truth) < kLeast) continue;
+      if (pass > 0 || i < kSettled || glm::length(truth) < kMin) continue;
       const double angle =
           glm::length(tick.force) > 0
               ? glm::acos(std::clamp(glm::dot(glm::normalize(tick.force), glm::normalize(truth)), -1.0, 1.0)) / kDegree

@@ -166,7 +166,7 @@ struct Done {
   std::string gave_up;
   double seconds = 0;
   // N, along or across the tool's axis, without the change that the hand's own motion causes
-  double largest_switch_step = 0;
+  double max_switch_step = 0;
 };
 /// Runs the expert in a scene without the coupling's damper. The force of the damper changes with the hand's speed and
 /// not with a switch of state.
@@ -190,7 +190,7 @@ Done expert_in(nlohmann::ordered_json json, double rate) {
       const double own = settings.stiffness * glm::length(tick.X_WT.p - last.X_WT.p);
       const dvec3 change = tick.f_T_W - last.f_T_W, axis = tick.X_WT.R * dvec3(0, 0, 1);
       const double along = glm::dot(change, axis), across = glm::length(change - along * axis);
-      done.largest_switch_step = std::max({done.largest_switch_step, std::abs(along) - own, across - own});
+      done.max_switch_step = std::max({done.max_switch_step, std::abs(along) - own, across - own});
     }
     last = tick;
   }
@@ -222,7 +222,7 @@ void expect_to_plan(const Done& done, std::size_t phases, double depth, double d
   EXPECT_LT(done.measures.insertion_torque, 0.5);
   EXPECT_GT(done.measures.bone_contact, 0.9);
   EXPECT_LT(done.measures.hottest, 43);
-  EXPECT_LT(done.largest_switch_step, step);
+  EXPECT_LT(done.max_switch_step, step);
 }
 
 /// Uses coarse bone, fast threads and few ticks, so that the test takes seconds. ./run stress uses the shipped values,

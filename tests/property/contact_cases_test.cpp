@@ -39,14 +39,14 @@ TEST(ContactCases, ASessionThatBeginsInTissueSaysSoAndCutsOnlyWhatItsMotorPaysFo
                       with_head(test::drill_settings(model), HeadShape::kSphere, 8.0_mm, 8.0_mm));
     constexpr double kLongestPush = 10.0_mm;  // from the hand to the surface and on
     const ServoSettings& s = bench.settings;
-    const double most_power =
+    const double max_power =
         s.tool.cutting_coefficient * s.stiffness * kLongestPush * s.tool.radius() * s.spindle.free_speed;
     bench.tick({{0, 0, 3.0_mm}}, 1);
     EXPECT_TRUE(bench.last.faults & bits(Fault::kDeepPenetration)) << model;
     EXPECT_EQ(total(bench.last.removed), 0) << model;
     for (int i = 2; i <= 100; ++i) {
       bench.tick({{0, 0, 3.0_mm}}, 1);
-      ASSERT_LE(30e9 * total(bench.last.removed), most_power * i * s.tick) << model << ", tick " << i;
+      ASSERT_LE(30e9 * total(bench.last.removed), max_power * i * s.tick) << model << ", tick " << i;
     }
   }
 }

@@ -58,7 +58,7 @@ struct Both {
   render::ParticleCloud cloud{stage.device, cloud_law(options, ball.field, 3e-5), ball.samples};
   void cut(std::uint64_t index) {
     host.emit(cut_of(index), 0.6e-3, stone());
-    std::vector<debris::NewParticle> born(kTissueCount * static_cast<std::size_t>(options.most_per_cut));
+    std::vector<debris::NewParticle> born(kTissueCount * static_cast<std::size_t>(options.max_per_cut));
     PerTissue mass{};
     double dropped = 0;
     const std::size_t n =

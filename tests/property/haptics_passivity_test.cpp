@@ -25,7 +25,7 @@ constexpr const char* kWall =
     R"({"voxel_mm": 0.2, "domain_mm": [[-3,-3,-5],[3,3,4]], "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]})";
 
 struct Ledger {
-  double least = 0, own_least = 0, last = 0, strongest = 0;
+  double least = 0, own_min = 0, last = 0, strongest = 0;
 };
 
 /// Runs a path of heights z(t) for `seconds`, and computes the energies independently. Height: m, of the ball's surface
@@ -47,7 +47,7 @@ Ledger run(double rate, double stiffness, double damping, bool controller, doubl
   double t = 0;
   for (int i = 0; i < n; ++i) {
     const dvec3 p(0.1_mm, 0, 0.5_mm + z(i, t));
-    if (i > 0) ledger.own_least = std::min(ledger.own_least, ledger.last -= glm::dot(held, p - last_p));
+    if (i > 0) ledger.own_min = std::min(ledger.own_min, ledger.last -= glm::dot(held, p - last_p));
     bench.t = from_seconds(t);
     const ServoTick& tick = bench.tick({p});
     held = tick.f_T_W;
@@ -72,7 +72,7 @@ TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndSt
             const Ledger ledger = run(rate, stiffness, damping, true, rate > 5000 ? 1.0 : 2.0, path);
             EXPECT_GE(ledger.least, -1e-9)
                 << rate << " Hz " << stiffness << " N/m " << damping << " " << amplitude << " " << hertz;
-            EXPECT_NEAR(ledger.least, ledger.own_least, 1e-12);
+            EXPECT_NEAR(ledger.least, ledger.own_min, 1e-12);
           }
         }
       }
@@ -316,7 +316,7 @@ TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
     double z = 1.2_mm;
     const auto tick = [&](double angle) {
       const dvec3 held = bench.last.f_T_W, p(0, 0, z);
-      if (bench.t > 0) ledger.own_least = std::min(ledger.own_least, ledger.last -= glm::dot(held, p - last_p));
+      if (bench.t > 0) ledger.own_min = std::min(ledger.own_min, ledger.last -= glm::dot(held, p - last_p));
       last_p = p;
       ledger.least = std::min(ledger.least, bench.tick({p, {std::cos(angle / 2), 0, std::sin(angle / 2), 0}}).energy);
     };
@@ -326,8 +326,8 @@ TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
   };
   const Ledger arm = drawn_out(false);
   EXPECT_GE(arm.least, -1e-9);
-  EXPECT_GE(arm.own_least, -1e-9) << "what the hand felt, counted outside";
-  EXPECT_LT(drawn_out(true).own_least, -1e-6)
+  EXPECT_GE(arm.own_min, -1e-9) << "what the hand felt, counted outside";
+  EXPECT_LT(drawn_out(true).own_min, -1e-6)
       << "an arm that resisted the turn gives back through force what came by torque";
 }
 

@@ -40,10 +40,10 @@ EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, c
     const double grey = law.grey[t] + law.grey_per_hardness[t] * hardness;
     const double area = static_cast<double>(v.area) * (1 / voxels.ahead_fraction) * std::min(1.0, 1 - gap * per_voxel);
     look.engaged += area;
-    look.greatest_grey = std::max(look.greatest_grey, grey);
+    look.max_grey = std::max(look.max_grey, grey);
     look.tissue[t] += area;
     look.hardness[t] += area * hardness;
-    if (law.cuts && v.ability > 0 && grey <= law.greatest_grey) {
+    if (law.cuts && v.ability > 0 && grey <= law.max_grey) {
       const double u = law.energy[t] * hardness / static_cast<double>(v.ability);
       const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * (1 / std::abs(law.speed));
       drag += cut * facing * static_cast<double>(v.inverse_r);
@@ -87,7 +87,7 @@ EndLaw law_of(const Tool& tool, bool cuts) {
   law.voxel = kVoxel;
   law.width = tool.radius() - kVoxel;
   law.cuts = cuts;
-  law.greatest_grey = tool.implant->greatest_grey;
+  law.max_grey = tool.implant->max_grey;
   law.speed = 80;
   law.thrust_ratio = 12;
   for (std::size_t t = 1; t < law.energy.size(); ++t) law.energy[t] = 1e8 * static_cast<double>(t);
@@ -125,7 +125,7 @@ TEST(ImplantEnd, BlocksOfVoxelsInFloatsGiveTheSumVoxelByVoxelWithinAThousandth) 
       };
       near(floats.engaged, slow.engaged, slow.engaged);
       near(floats.collided, slow.collided, slow.engaged);
-      near(floats.greatest_grey, slow.greatest_grey, slow.greatest_grey);
+      near(floats.max_grey, slow.max_grey, slow.max_grey);
       if (slow.free < 1) near(floats.free, slow.free, kVoxel);
       for (std::size_t t = 0; t < kTissueCount; ++t) {
         near(floats.tissue[t], slow.tissue[t], slow.engaged);
@@ -170,7 +170,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
       EXPECT_NEAR(b.engaged / a.engaged, 1, 5e-3) << diameter << " mm, round " << round;
       EXPECT_NEAR(b.wrench.force.z / a.wrench.force.z, 1, 1e-2) << diameter << " mm, round " << round;
       EXPECT_NEAR(b.wrench.torque.z / a.wrench.torque.z, 1, 1e-2) << diameter << " mm, round " << round;
-      EXPECT_NEAR(b.greatest_grey / a.greatest_grey, 1, 2e-2) << diameter << " mm, round " << round;
+      EXPECT_NEAR(b.max_grey / a.max_grey, 1, 2e-2) << diameter << " mm, round " << round;
     }
   }
 }

@@ -228,7 +228,7 @@ bool is_blocked(const TriangleGrid& grid, const dvec3& p, const dvec3& q) {
   return false;
 }
 
-double least_distance(const TriangleGrid& grid, const dvec3& p) {
+double min_distance(const TriangleGrid& grid, const dvec3& p) {
   double least = 1e300;
   for (std::uint32_t i = 0; i < grid.size(); ++i)
     least = std::min(least, glm::distance(p, nearest_on(grid.face(i), p).p));
@@ -252,7 +252,7 @@ TEST(SurfacePoint, NeverPassesThroughADefectiveMesh) {
       // The hand slides below the surface, or jumps through the body.
       hand = unit(random) < 0.3 ? 1.5e-3 * direction() : hand + 0.2e-3 * direction();
       p.follow(grid, hand);
-      ASSERT_GE(least_distance(grid, p.place()), p.radius() * (1 - 1e-3)) << "mesh " << n << " move " << i;
+      ASSERT_GE(min_distance(grid, p.place()), p.radius() * (1 - 1e-3)) << "mesh " << n << " move " << i;
       // The ball is star-shaped about the origin: a line from the origin to a point outside crosses a face. The line
       // may pass through a crack, and copies of faces count twice in the winding number. But the two errors do not
       // occur together.
@@ -272,7 +272,7 @@ TEST(SurfacePoint, AgreesWithASearchOfAllFaces) {
     const TriangleGrid grid(bad_ball(random));
     for (int i = 0; i < 10; ++i) {
       const dvec3 p = 1.5e-3 * dvec3(unit(random), unit(random), unit(random));
-      ASSERT_EQ(grid.nearest(p, 5e-3).distance, least_distance(grid, p));
+      ASSERT_EQ(grid.nearest(p, 5e-3).distance, min_distance(grid, p));
       const dvec3 q = 1.5e-3 * dvec3(unit(random), unit(random), unit(random));
       std::vector<int> seen(grid.size());
       grid.for_near(glm::min(p, q), glm::max(p, q), [&](std::uint32_t f) { ++seen[f]; });

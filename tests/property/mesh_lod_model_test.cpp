@@ -154,20 +154,20 @@ TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
   for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   std::vector<double> peaks;  // m, positions where a wall between tissues yielded
-  double last = 0, most_step = 0;
+  double last = 0, max_step = 0;
   dvec3 before = run.last.f_T_W;
   for (double x = -1e-3; x < 1e-3; x += 2e-6) {
     run.tick({{x, 0.2e-3, -0.2e-3}});
     const double along = -run.last.f_T_W.x;
     if (last > 0.045 && along < last && (peaks.empty() || x > peaks.back() + 0.05e-3)) peaks.push_back(x);
     last = along;
-    most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
     before = run.last.f_T_W;
   }
   ASSERT_EQ(peaks.size(), 2U);
   EXPECT_NEAR(peaks[0], -0.1e-3 + 0.05 / 500, 15e-6);
   EXPECT_NEAR(peaks[1], 0.1e-3 + 0.05 / 1000, 15e-6);
-  EXPECT_LT(most_step, 0.02);
+  EXPECT_LT(max_step, 0.02);
 }
 
 TEST(MeshLodModel, StiffnessFallsInStepsFromOutsideToInside) {
@@ -390,14 +390,14 @@ double cap(double r, double z) {
 
 TEST(MeshLodModel, ABurSinksWhereItIsPressedAndRemovesItsSweptVolume) {
   MeshBench run(volume(kBlock), drill());
-  double most_step = 0, least_energy = 0;
+  double max_step = 0, min_energy = 0;
   dvec3 before(0);
   const double whole = total(run.carver.volume().volumes());
   for (int i = 0; i < 1800; ++i) {
     run.tick({{0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}}, 1);
-    if (i > 20) most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    if (i > 20) max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
     before = run.last.f_T_W;
-    least_energy = std::min(least_energy, run.last.energy);
+    min_energy = std::min(min_energy, run.last.energy);
   }
   for (int i = 0; i < 100; ++i) run.tick({{0.03e-3, 0.02e-3, kBur - 0.55e-3}}, 1);
   ASSERT_GT(run.last.cuts, 100U);
@@ -405,8 +405,8 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndRemovesItsSweptVolume) {
   EXPECT_LT(z, kBur - 0.2e-3);
   EXPECT_NEAR(total(run.last.removed) / cap(kBur, z), 1, 0.05);
   EXPECT_NEAR((whole - total(run.carver.volume().volumes())) / cap(kBur, z), 1, 0.1);
-  EXPECT_LE(most_step, 0.02);
-  EXPECT_GE(least_energy, -1e-9);
+  EXPECT_LE(max_step, 0.02);
+  EXPECT_GE(min_energy, -1e-9);
 }
 
 TEST(MeshLodModel, ABurThatIsLiftedAndSetDownElsewhereWithoutAStopCutsNoGrooveBetween) {
@@ -434,12 +434,12 @@ TEST(MeshLodModel, ABurIsHeldWhileTheCarverSendsNoMeshAndGoesOnCuttingAfterwards
     s.tool.shape = shape, s.tool.length = length;
     MeshBench run(volume(kBlock), s);
     const double tip = s.tool.half();
-    double most_step = 0, least_energy = 0;
+    double max_step = 0, min_energy = 0;
     const auto tick = [&](double z) {
       const dvec3 before = run.last.f_T_W;
       run.tick({{0.03e-3, 0.02e-3, z}}, 1);
-      most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
-      least_energy = std::min(least_energy, run.last.energy);
+      max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
+      min_energy = std::min(min_energy, run.last.energy);
     };
     double z = tip + 0.05_mm;
     for (int i = 0; i < 600; ++i) tick(z -= 1e-6);
@@ -454,8 +454,8 @@ TEST(MeshLodModel, ABurIsHeldWhileTheCarverSendsNoMeshAndGoesOnCuttingAfterwards
     for (int i = 0; i < 500; ++i) tick(z);
     EXPECT_GT(run.last.cuts, cuts);
     EXPECT_LT(run.last.X_WG.p.z, landed - 0.1_mm);
-    EXPECT_LE(most_step, 0.025);
-    EXPECT_GE(least_energy, -1e-9);
+    EXPECT_LE(max_step, 0.025);
+    EXPECT_GE(min_energy, -1e-9);
   }
 }
 
@@ -471,16 +471,16 @@ TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
   EXPECT_EQ(mesh.border_edges(), 0U);
   const std::uint64_t cut = mesh.hash();
   EXPECT_NE(cut, untouched);
-  double least_angle = 180;
+  double min_angle = 180;
   for (mesh::Index f = 0; f < mesh.face_range(); ++f) {
     if (!mesh.uses(f)) continue;
     for (int k = 0; k < 3; ++k) {
       const dvec3 a = mesh.point(f, (k + 1) % 3) - mesh.point(f, k), b = mesh.point(f, (k + 2) % 3) - mesh.point(f, k);
       if (glm::length(mesh.point(f, k)) > 3e-3) continue;  // beside the cut, where the mesh equals the volume's surface
-      least_angle = std::min(least_angle, std::acos(glm::dot(a, b) / (glm::length(a) * glm::length(b))) * 180 / kPi);
+      min_angle = std::min(min_angle, std::acos(glm::dot(a, b) / (glm::length(a) * glm::length(b))) * 180 / kPi);
     }
   }
-  EXPECT_GE(least_angle, 10);
+  EXPECT_GE(min_angle, 10);
   ASSERT_TRUE(run.carver.undo());
   EXPECT_EQ(mesh.hash(), untouched);
   ASSERT_TRUE(run.carver.redo());
@@ -526,7 +526,7 @@ TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceSt
   const double top = head.lies ? head.diameter / 2 : head.length / 2;
   const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();
   const double whole = test::volume(mesh);
-  double most_step = 0, least_energy = 0;
+  double max_step = 0, min_energy = 0;
   dvec3 before(0);
   for (int i = 0; i < 1900; ++i) {
     // From tick 1500 the hand moves up and to the side. There the head is below the rest of the surface.
@@ -535,9 +535,9 @@ TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceSt
                top + 0.05e-3 - std::min(i, 350) * 1e-6 + 6e-6 * up},
               R},
              1);
-    if (i > 20) most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    if (i > 20) max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
     before = run.last.f_T_W;
-    least_energy = std::min(least_energy, run.last.energy);
+    min_energy = std::min(min_energy, run.last.energy);
   }
   for (int i = 0; i < 100; ++i) run.tick({{0.03e-3, 0.02e-3, 10e-3}, R}, 1);
   ASSERT_GT(run.last.cuts, 50U);
@@ -545,8 +545,8 @@ TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceSt
   const double lost = whole - test::volume(mesh);
   EXPECT_GT(lost, 0.5e-12) << "m³";
   EXPECT_NEAR(total(run.last.removed) / lost, 1, 1e-6);
-  EXPECT_LE(most_step, 0.02);
-  EXPECT_GE(least_energy, -1e-9);
+  EXPECT_LE(max_step, 0.02);
+  EXPECT_GE(min_energy, -1e-9);
 }
 
 // ./run stress repeats this test more often.
@@ -558,7 +558,7 @@ TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
     MeshBench run(volume(kBlock), drill(head.shape, head.diameter, head.length));
     dvec3 p(0, 0, 2.5_mm), way(0), before(0);
     dquat R = head.lies ? glm::angleAxis(kPi / 2, dvec3(0, 1, 0)) : dquat(1, 0, 0, 0), turn(1, 0, 0, 0);
-    double most_step = 0, least_energy = 0;
+    double max_step = 0, min_energy = 0;
     for (int i = 0; i < 2000; ++i) {
       if (i % 100 == 0) {  // a new velocity of up to 20 mm/s and a new rotation
         way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
@@ -569,17 +569,17 @@ TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
       R = glm::normalize(turn * R);
       run.tick({p, R}, 1);
       const dvec3 lag = run.last.X_WG.p - p;
-      most_step = std::max(most_step, glm::distance(lag, before) - displacement_bound(last, {p, R}, head.length / 2));
+      max_step = std::max(max_step, glm::distance(lag, before) - displacement_bound(last, {p, R}, head.length / 2));
       before = lag;
-      least_energy = std::min(least_energy, run.last.energy);
+      min_energy = std::min(min_energy, run.last.energy);
     }
     const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();
     EXPECT_GT(run.last.cuts, 20U) << seed;
     EXPECT_EQ(test::broken(mesh), "") << seed;
     EXPECT_EQ(test::crossings(mesh), 0) << seed;
     EXPECT_EQ(mesh.border_edges(), 0U) << seed;
-    EXPECT_LE(most_step, 0.04_mm) << seed << ": what a bur eases by in a tick, and what it cuts";
-    EXPECT_GE(least_energy, -1e-9) << seed;
+    EXPECT_LE(max_step, 0.04_mm) << seed << ": what a bur eases by in a tick, and what it cuts";
+    EXPECT_GE(min_energy, -1e-9) << seed;
   }
 }
 
@@ -625,7 +625,7 @@ TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) 
   for (int i = 0; i < 1500; ++i) run.tick({{0, 0, 2.0_mm}}, 0, 1);
   ASSERT_EQ(run.last.tool, 1U);
   std::array<int, 3> ticks{};
-  double x = 0, most_step = 0;
+  double x = 0, max_step = 0;
   dvec3 before(0);
   std::uint32_t level = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -634,11 +634,11 @@ TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) 
     x += 1e-3 * speed;
     run.tick({{x, 0, 2.0_mm - std::min(i, 1450) * 1e-6}}, 0, 1);
     ++ticks.at(run.last.level);
-    if (run.last.level != level) most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    if (run.last.level != level) max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
     before = run.last.f_T_W, level = run.last.level;
   }
   for (const int at_level : ticks) EXPECT_GT(at_level, 200);
-  EXPECT_LE(most_step, 0.02);
+  EXPECT_LE(max_step, 0.02);
 }
 
 // The following tests concern the common interface of contact models.

@@ -69,7 +69,7 @@ class Failing final : public SpherePasses {
   Failing(std::unique_ptr<SpherePasses> real, int& left) : real_(std::move(real)), left_(left) {}
   std::string device() const override { return real_->device(); }
   std::size_t spheres() const noexcept override { return real_->spheres(); }
-  std::size_t most_balls() const noexcept override { return real_->most_balls(); }
+  std::size_t max_balls() const noexcept override { return real_->max_balls(); }
   bool load(std::span<const CutSphere> spheres, Removal removal) noexcept override {
     return real_->load(spheres, removal);
   }

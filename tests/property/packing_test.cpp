@@ -90,7 +90,7 @@ TEST(Packing, EqualSeedsGiveEqualBitsAndOtherSeedsOtherSpheres) {
   EXPECT_EQ(a.center, b.center);
   EXPECT_EQ(a.radius, b.radius);
   EXPECT_EQ(a.tissue, b.tissue);
-  EXPECT_EQ(a.largest_hole, b.largest_hole);
+  EXPECT_EQ(a.max_hole, b.max_hole);
   EXPECT_NE(a.center, c.center);
   EXPECT_NEAR(a.coverage(), c.coverage(), 0.02);  // another packing with the same properties
 }
@@ -131,8 +131,8 @@ TEST(Packing, NoHoleIsLargerThanTheReportedLargestHole) {
     }
     most = std::max(most, room);
   }
-  EXPECT_LE(most, p.largest_hole + 0.05 * kVoxel);
-  EXPECT_GE(most, 0.6 * p.largest_hole);
+  EXPECT_LE(most, p.max_hole + 0.05 * kVoxel);
+  EXPECT_GE(most, 0.6 * p.max_hole);
 }
 
 TEST(Packing, MoreSpheresUnderTheSameLimitFillMoreAndLeaveSmallerHoles) {
@@ -144,8 +144,8 @@ TEST(Packing, MoreSpheresUnderTheSameLimitFillMoreAndLeaveSmallerHoles) {
     options.max_radius = 0.4_mm;
     const SpherePacking p = pack_spheres(tissue, options);
     EXPECT_GT(p.coverage(), coverage);
-    EXPECT_LT(p.largest_hole, hole);
-    coverage = p.coverage(), hole = p.largest_hole;
+    EXPECT_LT(p.max_hole, hole);
+    coverage = p.coverage(), hole = p.max_hole;
   }
   EXPECT_GT(coverage, 0.75);
   EXPECT_LT(coverage, 1.0);

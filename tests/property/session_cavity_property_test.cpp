@@ -95,7 +95,7 @@ class Composition {
 TEST(TrueDistances, AreThoseToTheSurfaceHoweverItsSolidsAreComposed) {
   std::mt19937 random(64);
   std::vector<double> errors;  // voxels
-  double largest_mend = 0;
+  double max_mend = 0;
   for (int round = 0; round < 12; ++round) {
     const Composition solid(random);
     session::DenseField field;
@@ -130,13 +130,13 @@ TEST(TrueDistances, AreThoseToTheSurfaceHoweverItsSolidsAreComposed) {
       const auto given = static_cast<double>(field.distance[at]), told = static_cast<double>(distances[at]);
       EXPECT_EQ(told < 0, given < 0);
       errors.push_back(std::abs(std::abs(told) - nearest));
-      if (std::abs(given) < 1.8) largest_mend = std::max(largest_mend, nearest - std::abs(given));
+      if (std::abs(given) < 1.8) max_mend = std::max(max_mend, nearest - std::abs(given));
     }
   }
   std::ranges::sort(errors);
   EXPECT_LT(errors[errors.size() * 99 / 100], 0.5);
   EXPECT_LT(errors.back(), 1.2) << "at a corner, which samples cut off";
-  EXPECT_GT(largest_mend, 3) << "a field that was right needs no mending";
+  EXPECT_GT(max_mend, 3) << "a field that was right needs no mending";
 }
 
 TEST(CavityLaws, TheIdealScoresFullWhateverItsShape) {

@@ -10,7 +10,7 @@ namespace typodont::surface {
 namespace {
 
 using test::Field;
-using test::largest_error;
+using test::max_error;
 using test::mesh_of;
 using test::sample_bricks;
 using test::Topology;
@@ -45,7 +45,7 @@ TEST(Sphere, NeedsFewTrianglesForItsErrorAndStaysWithinTheTolerance) {
       const Field sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - radius; };
       const auto bricks = sample_bricks(centre - radius - 2.0, centre + radius + 2.0, sphere);
       const WholeMesh mesh = weld(mesh_of(bricks, tolerance));
-      const double error = largest_error(mesh, sphere);
+      const double error = max_error(mesh, sphere);
       SCOPED_TRACE("radius " + std::to_string(radius) + ", tolerance " + std::to_string(tolerance));
       expect_surface(topology_of(mesh), 2);
       EXPECT_LT(static_cast<double>(mesh.triangles.size()) * error / radius, 7.3);
@@ -68,7 +68,7 @@ TEST(Box, HasExactFacesAndCornersAtAnyOffset) {
     for (const float tolerance : {-1.f, 0.1f}) {
       const WholeMesh mesh = weld(mesh_of(bricks, tolerance));
       expect_surface(topology_of(mesh), 2);
-      EXPECT_LT(largest_error(mesh, box, 2), 2e-4) << i;
+      EXPECT_LT(max_error(mesh, box, 2), 2e-4) << i;
       for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec3 at = centre + half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         double nearest = 1e9;
@@ -96,7 +96,7 @@ TEST(Box, TurnedAnyWayKeepsItsEdgesAndFourInFiveCorners) {
     };
     const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 24.0, centre + 24.0, box), 0.05f));
     expect_surface(topology_of(mesh), 2);
-    EXPECT_LT(largest_error(mesh, box, 3), 0.35);
+    EXPECT_LT(max_error(mesh, box, 3), 0.35);
     for (int corner = 0; corner < 8; ++corner) {
       const glm::dvec3 at =
           centre + turn * (half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1));
@@ -120,7 +120,7 @@ TEST(Torus, HasOneHandleAndStaysWithinTheTolerance) {
     };
     const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 27.0, centre + 27.0, torus), tolerance));
     expect_surface(topology_of(mesh), 0);
-    EXPECT_LT(largest_error(mesh, torus), std::max(static_cast<double>(tolerance), 0.04));
+    EXPECT_LT(max_error(mesh, torus), std::max(static_cast<double>(tolerance), 0.04));
   }
 }
 
@@ -134,7 +134,7 @@ TEST(Plate, WithADrilledHoleHasGenusOneAndASharpRim) {
     };
     const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 23.0, centre + 23.0, plate), tolerance));
     expect_surface(topology_of(mesh), 0);
-    EXPECT_LT(largest_error(mesh, plate), 0.25);  // at the rim; elsewhere the error is within the tolerance:
+    EXPECT_LT(max_error(mesh, plate), 0.25);  // at the rim; elsewhere the error is within the tolerance:
     double away = 0;
     for (const auto& v : mesh.vertices) {
       const glm::dvec3 p = v.position;

@@ -276,13 +276,13 @@ TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAFor
   settings.tool.length = GetParam() == haptics::HeadShape::kSphere ? 1.0_mm : 2.0_mm;
   HapticBench bench(kBlock, settings);
   const double tip = settings.tool.length / 2;
-  double most_step = 0, least_energy = 0;
+  double max_step = 0, min_energy = 0;
   dvec3 before(0);
   const auto tick = [&](const dvec3& p) {
     bench.tick({p}, 1);
-    most_step = std::max(most_step, glm::distance(bench.last.f_T_W, before));
+    max_step = std::max(max_step, glm::distance(bench.last.f_T_W, before));
     before = bench.last.f_T_W;
-    least_energy = std::min(least_energy, bench.last.energy);
+    min_energy = std::min(min_energy, bench.last.energy);
   };
   for (int i = 0; i < 600; ++i) tick({0, 0, tip + 0.1_mm - i * 1e-6});
   const double lag = bench.last.X_WG.p.z - (tip + 0.1_mm - 599e-6);
@@ -294,8 +294,8 @@ TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAFor
   EXPECT_GT(total(bench.last.removed), 0.02e-9);
   EXPECT_EQ(bench.last.X_WG.p, dvec3(0.6_mm + 399e-6, 399 * 2e-6, tip - 0.5_mm + 399 * 6e-6)) << "it came out";
   EXPECT_EQ(bench.last.f_T_W, dvec3(0));
-  EXPECT_LE(most_step, 0.025);
-  EXPECT_GE(least_energy, -1e-9);
+  EXPECT_LE(max_step, 0.025);
+  EXPECT_GE(min_energy, -1e-9);
 }
 
 // ./run stress repeats this test more often.

@@ -28,7 +28,7 @@ TEST_P(CarverStall, AStallOfAnyLengthAddsNoForceStepAndNoEnergy) {
         SCOPED_TRACE(testing::Message() << felt.tool << ", seed " << seed << ", " << stall << " s, " << rate << " Hz");
         EXPECT_LE(felt.worst_step, without.worst_step + landing);
         EXPECT_LE(felt.energy, without.energy + energy);
-        EXPECT_LE(felt.most_force, without.most_force + 1.5);
+        EXPECT_LE(felt.max_force, without.max_force + 1.5);
         faults |= felt.faults;
       }
     }

@@ -27,7 +27,7 @@ TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
     EXPECT_EQ(felt.any.over, 0) << text_of(hand) << ", seed " << seed << ": " << step.size << " N at " << step.t
                                 << " s, the hand at " << 1e3 * step.speed << " mm/s";
     if ((felt.faults & bits(Fault::kDeepPenetration)) == 0) {
-      EXPECT_GE(felt.least_energy, -1e-9) << text_of(hand) << ", seed " << seed;
+      EXPECT_GE(felt.min_energy, -1e-9) << text_of(hand) << ", seed " << seed;
       ++audited;
     }
   }

@@ -152,8 +152,8 @@ StallResult simulate_stall(const StallRun& run) {
       felt.energy = std::max(felt.energy, given - least);
       least = std::min(least, given + glm::length(f) * tick.depth / 2);
       felt.worst_step = std::max(felt.worst_step, glm::length(f - force));
-      felt.most_force = std::max(felt.most_force, glm::length(f));
-      felt.most_speed = std::max(felt.most_speed, glm::length(moved) / dt);
+      felt.max_force = std::max(felt.max_force, glm::length(f));
+      felt.max_speed = std::max(felt.max_speed, glm::length(moved) / dt);
       if (t > course.stall_at + dt) felt.held_back = std::max(felt.held_back, -f.z);
       felt.end_force = glm::length(f);
       felt.faults |= tick.faults;

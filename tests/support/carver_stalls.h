@@ -34,8 +34,8 @@ struct StallResult {
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
   // J, largest energy that the hand received beyond the energy that was stored in the coupling spring
   double energy = 0;
-  double most_force = 0;  // N, largest force during the measured time
-  double most_speed = 0;  // m/s, highest speed of the hand during the measured time
+  double max_force = 0;  // N, largest force during the measured time
+  double max_speed = 0;  // m/s, highest speed of the hand during the measured time
   // N, largest component of the force in the direction -z of frame W, that is, towards the tissue
   double held_back = 0;
   double end_force = 0;  // N, force on the hand in the last tick of the run

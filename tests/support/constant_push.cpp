@@ -109,7 +109,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
       see(result.any, step);
       if (static_cast<double>(since_touch) > kRate * kPushLanding) see(result.after_landing, step);
     }
-    result.least_energy = std::min(result.least_energy, tick.energy);
+    result.min_energy = std::min(result.min_energy, tick.energy);
     result.faults |= tick.faults;
     last = tick;
   }

@@ -47,7 +47,7 @@ struct PushSteps {
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
   PushSteps after_landing;   // largest force steps, without the ticks in the first kPushLanding seconds of each contact
-  double least_energy = 0;   // J, lowest value of the energy ledger in the run
+  double min_energy = 0;     // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };
 

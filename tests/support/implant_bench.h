@@ -40,11 +40,11 @@ inline Tool implant_tool(const std::string& name, double diameter_mm, double len
                               name, shape, diameter_mm, length, block.find("gauge") == std::string::npos, block),
                   name));
 }
-inline std::string drill_block(double centre_mm, double centre = 0, double greatest_grey = 3500) {
+inline std::string drill_block(double centre_mm, double centre = 0, double max_grey = 3500) {
   return fmt::format(
       R"({{"kind": "drill", "ability": {{"end": 1, "centre": {}, "side": 0, "centre_mm": {}}}, "thrust_ratio": 12,
            "greatest_grey_HU": {}, "speed_rpm": 800}})",
-      centre, centre_mm, greatest_grey);
+      centre, centre_mm, max_grey);
 }
 inline std::vector<Tool> implant_tools() {
   const char* const thread = R"({{"kind": "{}", "thread": {{"pitch_mm": 0.8, "core_mm": {}}}{}, "top_speed_rpm": 60}})";

@@ -19,7 +19,7 @@ constexpr double kCutPace = 6e-3, kTravelPace = 20e-3;  // m/s, speed of the han
 constexpr double kLead = 0.20e-3;                       // m by which the hand is ahead of the tool
 constexpr double kPatience = 0.8;                       // s to wait for a tool that does not follow
 // m, displacement of the hand beyond its goal: increase per turn, and limit
-constexpr double kPressing = 0.08e-3, kMostPress = 1.6e-3;
+constexpr double kPressing = 0.08e-3, kMaxPress = 1.6e-3;
 constexpr double kGain = 4;            // ratio of that displacement to the tool's distance from the goal
 constexpr double kThere = 0.05e-3;     // m, distance at which a goal counts as reached
 constexpr double kHeldBack = 0.06e-3;  // m by which the tool lags behind the hand when it is blocked
@@ -99,7 +99,7 @@ class Mouse {
 }  // namespace
 
 MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig, double wheel_step,
-                              double most_seconds) {
+                              double max_seconds) {
   haptics::TissueVolume start = load_tissue(scene);
   glm::ivec3 lo, hi;
   start.bounds(lo, hi);
@@ -120,7 +120,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   std::size_t next = 0;
   dvec3 aim = wanted.X_WT.p;  // desired position of the hand
   double waited = 0, press = 0;
-  while (session.seconds < most_seconds) {
+  while (session.seconds < max_seconds) {
     if (next == goals.size()) {  // plan again for the remaining tissue
       goals = goals_of(judge, stepped.carver().volume(), scene, top);
       next = 0;
@@ -150,7 +150,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     // If the tool is blocked, the user presses harder and harder; when it is free, the user releases.
     const dvec3 off = aim - tick.X_WG.p;
     const bool presses = held_back && goals[next].cut && glm::length(off) > kThere;
-    press = presses ? std::min({press + kPressing, kMostPress, kGain * glm::length(off)}) : 0.5 * press;
+    press = presses ? std::min({press + kPressing, kMaxPress, kGain * glm::length(off)}) : 0.5 * press;
     const dvec3 hand = glm::length(off) > 1e-6 ? aim + press * glm::normalize(off) : aim;
     mouse.go(hand, wanted.X_WT.p, step);
     if (session.steps.size() <= 2) step.wheel = 0;  // a leaning bur would move to the side

@@ -28,6 +28,6 @@ struct MouseSession {
 /// Drills the ideal cavity of the scene's task with the first tool of its set, in a window of the rig's size. Uses the
 /// program's pointer, smoothing, servo and carver, in simulated time. `wheel_step`: m per notch of the wheel.
 MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig, double wheel_step,
-                              double most_seconds);
+                              double max_seconds);
 
 }  // namespace typodont::test

@@ -90,11 +90,11 @@ void project(const std::vector<HalfSpace>& used, std::vector<double>& push, dvec
 /// half space that the solution violates most, and repeats this. A solution that violates no half space is the solution
 /// for all of them.
 dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
-  constexpr int kMostUsed = 400;
+  constexpr int kMaxUsed = 400;
   std::vector<HalfSpace> used;
   std::vector<double> push;
   dvec3 x = goal;
-  for (int i = 0; i < kMostUsed; ++i) {
+  for (int i = 0; i < kMaxUsed; ++i) {
     double most = 1e-2 * kTolerance;
     const HalfSpace* violated = nullptr;
     for (const HalfSpace& space : spaces) {
@@ -143,8 +143,8 @@ const dvec3& ReferenceContact::follow(const dvec3& hand) {
       if (shape_.nearest(out, 2 * radius_).distance >= radius_ - kTolerance) return center_ = out;
     }
   }
-  constexpr int kMostSteps = 400;
-  for (int i = 0; i < kMostSteps; ++i) {
+  constexpr int kMaxSteps = 400;
+  for (int i = 0; i < kMaxSteps; ++i) {
     if (step(hand)) break;
   }
   return center_;

@@ -121,7 +121,7 @@ Topology topology_of(const surface::WholeMesh& mesh) {
   return t;
 }
 
-double largest_error(const surface::WholeMesh& mesh, const Field& distance, int n) {
+double max_error(const surface::WholeMesh& mesh, const Field& distance, int n) {
   double worst = 0;
   for (const auto& tri : mesh.triangles) {
     const glm::dvec3 a = mesh.vertices[tri[0]].position, b = mesh.vertices[tri[1]].position,

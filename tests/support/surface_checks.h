@@ -36,6 +36,6 @@ struct Topology {
 Topology topology_of(const surface::WholeMesh& mesh);
 
 /// Returns the largest |distance| at a fine grid of points on every triangle: corners, edges and inside, n per side.
-double largest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
+double max_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
 
 }  // namespace typodont::test

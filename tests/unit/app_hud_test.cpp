@@ -123,7 +123,7 @@ TEST(HudTexts, FitEveryPictureAndDoNotOverlapInAnyLanguage) {
       for (const double least : {0.0, display::readable_letters(mirror)}) {
         Writing writing;
         Hud hud = hud_in(language);
-        hud.least_letters = least;
+        hud.min_letters = least;
         writing.write(hud, place);
         ASSERT_EQ(writing.panels().size(), 2u);
         const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;
@@ -143,7 +143,7 @@ TEST(HudTexts, AChineseLineThatIsWiderThanThePictureBreaksBetweenCharactersAndLo
   Hud hud = hud_in(Language::kChinese);
   hud.tool.assign(1, 'x');
   hud.hint = hud_text(Language::kChinese, "stuck", "12");
-  hud.least_letters = 0.1;
+  hud.min_letters = 0.1;
   Writing wide, narrow;
   wide.write(hud, {1920, 720});
   narrow.write(hud, {480, 720});

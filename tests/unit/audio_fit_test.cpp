@@ -224,7 +224,7 @@ TEST_F(Recording, FittedAtAHigherRateStaysStableThoughTheUpperBandIsEmpty) {
   FitOptions options = of_order("100");
   options.rate = 96000;
   const auto report = fit(x, options);
-  EXPECT_LT(report.largest_reflection, 1);
+  EXPECT_LT(report.max_reflection, 1);
   EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.1);
 }
 
@@ -342,7 +342,7 @@ TEST(ShippedRecordings, AreMatchedWithinHalfADecibelUpTo16kHz) {
   const auto handpiece = fit_recording("assets/sounds/drill_spinup_run_spindown.wav", options);
   EXPECT_LT(handpiece.distance_dB, 0.5);
   EXPECT_LT(handpiece.unsmoothed_distance_dB, 1.0);
-  EXPECT_LT(handpiece.largest_reflection, 1);
+  EXPECT_LT(handpiece.max_reflection, 1);
 }
 
 TEST(ShippedRecordings, AreMatchedByYuleWalkerAndModifiedCovarianceToo) {

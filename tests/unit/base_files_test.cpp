@@ -132,9 +132,9 @@ TEST_F(InputFiles, HaveASizeLimit) {
   for (const auto kind : {InputKind::kJson, InputKind::kTable, InputKind::kSession, InputKind::kVolume,
                           InputKind::kScan, InputKind::kMesh, InputKind::kSound, InputKind::kPicture}) {
     const fs::path file = write("large", "");
-    fs::resize_file(file, largest_input(kind));  // sparse
-    EXPECT_EQ(require_input(file, kind), largest_input(kind));
-    fs::resize_file(file, largest_input(kind) + 1);
+    fs::resize_file(file, max_input(kind));  // sparse
+    EXPECT_EQ(require_input(file, kind), max_input(kind));
+    fs::resize_file(file, max_input(kind) + 1);
     EXPECT_THAT(message_of([&] { require_input(file, kind); }), AllOf(HasSubstr("large"), HasSubstr("of at most")));
   }
 }

@@ -20,11 +20,11 @@ TEST(ColorBlindness, ConfusesRedAndGreenAndSparesWhiteAndBlack) {
 }
 
 TEST(ColorBlindness, LeavesTheTissuesOfTheReportApart) {
-  constexpr double kLeast = 7;  // CIEDE2000; two colours side by side differ visibly from about 2
+  constexpr double kMin = 7;  // CIEDE2000; two colours side by side differ visibly from about 2
   for (std::size_t a = 1; a < kTissueCount; ++a) {
     for (std::size_t b = a + 1; b < kTissueCount; ++b) {
       for (const Vision vision : kVisions) {
-        EXPECT_GT(difference(vision, color(session::kTissueColors[a]), color(session::kTissueColors[b])), kLeast)
+        EXPECT_GT(difference(vision, color(session::kTissueColors[a]), color(session::kTissueColors[b])), kMin)
             << name_of(static_cast<Tissue>(a)) << " and " << name_of(static_cast<Tissue>(b));
       }
     }

@@ -134,7 +134,7 @@ TEST(Drag, TableFollowsTheFormula) {
 }
 
 TEST(Debris, FallsAtTheSpeedWhereDragEqualsWeight) {
-  Debris debris({.least_chip = 40e-6, .greatest_chip = 40e-6, .lifetime = 60});
+  Debris debris({.min_chip = 40e-6, .max_chip = 40e-6, .lifetime = 60});
   debris.emit(cut_of(1, 1e-4), 0.6_mm, table());
   for (int i = 0; i < 3000; ++i) debris.step(1e-3, {});
   const double v = -debris.velocity(0).z;
@@ -164,7 +164,7 @@ TEST(Debris, FlightFollowsTheEquationOfMotion) {
 }
 
 TEST(Debris, StaysOutOfTheTissueAndComesToRestOnIt) {
-  Debris debris({.least_chip = 20e-6, .lifetime = 100});
+  Debris debris({.min_chip = 20e-6, .lifetime = 100});
   const Floor floor;
   Cut cut = cut_of(1, 0.3);
   for (std::uint64_t i = 1; i <= 20; ++i) {
@@ -224,7 +224,7 @@ TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {
 
 TEST(Debris, DragIsRelativeToTheSuctionFlow) {
   // Far from tissue, suction draws air sideways. Light dust must then have the speed of the air.
-  Debris debris({.least_chip = 6e-6, .greatest_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
+  Debris debris({.min_chip = 6e-6, .max_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
   Cut cut = cut_of(1, 1e-4);
   cut.spindle = 0;
   debris.emit(cut, 0.6_mm, table());

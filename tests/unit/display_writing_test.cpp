@@ -125,7 +125,7 @@ TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
     says.tool = "xxxx";
     says.force_shown = false;
     says.aspect = 16.0 / 9;
-    says.least_letters = display::readable_letters(rig);
+    says.min_letters = display::readable_letters(rig);
     writing.write(says, rig.screen.pixels);
     // The tool's name is in the left half of the panel. Counts the rows in which a letter of it has ink.
     const Writing::Panel& panel = writing.panels()[0];
@@ -136,7 +136,7 @@ TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
         ink = ink || panel.rgba[4 * static_cast<std::size_t>(y * panel.box.size.x + x)] > 120;
       rows += ink;
     }
-    EXPECT_GE((rows + 1) * across, display::kLeastXHeight) << distance;  // + 1: pixels at the edges are half covered
+    EXPECT_GE((rows + 1) * across, display::kMinXHeight) << distance;  // + 1: pixels at the edges are half covered
   }
 }
 
@@ -149,7 +149,7 @@ TEST(Writing, ItsPanelsDoNotOverlapInAnyPictureOfTheRigsWithTheShortestAndLonges
         Hud says = hud();
         says.tool = shortest ? "x" : "Kegelstumpffräser mit runder Spitze 12.5 mm";
         says.hint = shortest ? "x" : kHint + "   Z macht den letzten Strich rückgängig   Y wiederholt ihn   " + kHint;
-        says.least_letters = least;
+        says.min_letters = least;
         writing.write(says, place);
         ASSERT_EQ(writing.panels().size(), 2u);
         const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;

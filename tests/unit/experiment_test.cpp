@@ -122,7 +122,7 @@ TEST(Psychometric, TheFitIsTheGreatestLikelihoodOfAll) {
   std::uniform_real_distribution<double> fraction(0, 1);
   for (int i = 0; i < 20'000; ++i) {
     const Psychometric other{-20 + 40 * fraction(random), std::exp(5 * fraction(random)),
-                             kMostLapses * fraction(random)};
+                             kMaxLapses * fraction(random)};
     double sum = 0;
     for (const Judgement& j : judgements) {
       const double p = other.second(j.difference);

@@ -102,7 +102,7 @@ TEST(Film, FlowsDownAnInclineAtTheSpeedOfAViscousFilm) {
     for (const double turn : {0.0, 45.0}) {
       const double a = degrees * kPi / 180, b = turn * kPi / 180;
       const Body body(plane({std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)}));
-      Film film(body.field, table(), {.clinging = 0, .drying = 0, .most_substeps = 1000});
+      Film film(body.field, table(), {.clinging = 0, .drying = 0, .max_substeps = 1000});
       for (const FilmCell& cell : cells_of(film, body.field))
         if (glm::length(cell.p_W) < 3.5e-3) film.deposit(cell.p_W, {.water = 1000 * kHeight * cell.area, .solids = {}});
       // The speed of the centre of mass of a laminar film (Nusselt 1916): the flux per width, divided by the film's

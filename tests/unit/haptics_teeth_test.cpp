@@ -18,7 +18,7 @@ struct Leaving {
   double last_touch = 0;           // N, in the last tick of the contact
   std::vector<double> free_force;  // N, in the ticks after it
   double first_step = 0;           // N, from the last tick of the contact to the first free one
-  double largest_step = 0;         // N, between two free ticks
+  double max_step = 0;             // N, between two free ticks
 };
 
 Leaving leave_wall(const char* model) {
@@ -40,7 +40,7 @@ Leaving leave_wall(const char* model) {
   }
   for (int i = 0; i < 100; ++i) {
     leaving.free_force.push_back(glm::length(bench.last.f_T_W));
-    double& step = i == 0 ? leaving.first_step : leaving.largest_step;
+    double& step = i == 0 ? leaving.first_step : leaving.max_step;
     step = std::max(step, glm::length(bench.last.f_T_W - last));
     last = bench.last.f_T_W;
     bench.tick({{x -= 50e-6, 0, 0}}, 1);
@@ -53,7 +53,7 @@ TEST(Teeth, ForceOfABurThatLeavesTheTissueFadesWithoutAStepAndThenIsZero) {
     const Leaving leaving = leave_wall(model);
     EXPECT_GT(leaving.free_force.front(), 0.02) << model;
     EXPECT_LT(leaving.first_step, 0.02 + 1e3 * 50e-6) << model;  // what the spring of 1 N/mm gives in that tick besides
-    EXPECT_LT(leaving.largest_step, 0.02) << model;
+    EXPECT_LT(leaving.max_step, 0.02) << model;
     EXPECT_EQ(leaving.free_force.back(), 0) << model;
   }
 }

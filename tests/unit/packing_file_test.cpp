@@ -26,7 +26,7 @@ class PackingFile : public ::testing::Test {
       packing_.tissue.push_back(i % 3 == 0 ? Tissue::kEnamel : Tissue::kDentin);
     }
     packing_.seed = 5, packing_.tissue_hash = 0xfedcba9876543210u, packing_.max_radius = 2e-4;
-    packing_.largest_hole = 1e-6, packing_.solid_volume[1] = 1e-9, packing_.solid_volume[2] = 3e-9;
+    packing_.max_hole = 1e-6, packing_.solid_volume[1] = 1e-9, packing_.solid_volume[2] = 3e-9;
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path path(const char* name) const { return folder_ / name; }
@@ -47,7 +47,7 @@ TEST_F(PackingFile, APackingIsReadBackBitForBit) {
   EXPECT_EQ(back.seed, packing_.seed);
   EXPECT_EQ(back.tissue_hash, packing_.tissue_hash);
   EXPECT_EQ(back.max_radius, packing_.max_radius);
-  EXPECT_EQ(back.largest_hole, packing_.largest_hole);
+  EXPECT_EQ(back.max_hole, packing_.max_hole);
   EXPECT_EQ(back.solid_volume, packing_.solid_volume);
 }
 

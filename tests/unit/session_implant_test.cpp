@@ -31,8 +31,8 @@ ImplantTask task() {
   phase(ImplantAction::kPlace, kImplant, 10e-3, 2);
   t.tip.assign(4, kTip);
   t.radius = {1.1e-3, 1.1e-3, 1.5e-3, 2e-3};
-  t.greatest_force = 12;
-  t.greatest_angle = 5 * kDegree;
+  t.max_force = 12;
+  t.max_angle = 5 * kDegree;
   t.depth_tolerance = 0.5e-3;
   t.canal_clearance = 2e-3;
   t.canal_W = {{-20e-3, 0, -13e-3}, {20e-3, 0, -13e-3}};

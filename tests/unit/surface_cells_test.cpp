@@ -206,8 +206,8 @@ TEST(GreatestCurvature, OfACylinderIsThatOfItsRoundDirection) {
       add(strip, 0.3f);
     }
   }
-  EXPECT_NEAR(greatest_curvature(round, 0.016f), 0.1f, 0.01f);
-  EXPECT_NEAR(greatest_curvature(strip, 0.016f), 0.1f, 0.03f);
+  EXPECT_NEAR(max_curvature(round, 0.016f), 0.1f, 0.01f);
+  EXPECT_NEAR(max_curvature(strip, 0.016f), 0.1f, 0.03f);
 }
 
 TEST(Moments, DoNotDependOnTheOrderOfAddition) {

@@ -29,8 +29,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMostDelay = 300;     // ms, largest delay of the force in a stimulus
-constexpr double kMostStiffness = 10;  // N/mm, largest stiffness of a stimulus
+constexpr double kMaxDelay = 300;     // ms, largest delay of the force in a stimulus
+constexpr double kMaxStiffness = 10;  // N/mm, largest stiffness of a stimulus
 
 struct Options {
   std::string input, out, page, subject, hand, language, staircase = "2-down-1-up";
@@ -92,7 +92,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   double most = 0;  // largest allowed value of a stimulus (reference plus difference)
   switch (plan.question) {
     case Question::kStiffness:
-      most = kMostStiffness;
+      most = kMaxStiffness;
       // By default, the reference is the stiffness of the scene's coupling (spring between hand and tool), but at most
       // half of the largest allowed value, so that stiffer stimuli are possible.
       plan.reference = options.reference.value_or(std::min(plan.scene_stiffness / kNewtonPerMillimetre, most / 2));
@@ -101,7 +101,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
       plan.reference = options.reference.value_or(50), most = 100;
       break;
     case Question::kDelay:
-      plan.reference = options.reference.value_or(0), most = kMostDelay;
+      plan.reference = options.reference.value_or(0), most = kMaxDelay;
       break;
     case Question::kModel:
       break;
@@ -147,7 +147,7 @@ void run_live(const Options& options, const Scene& scene, Experiment& experiment
   live.workbench.language = hud_language(user_language(options.language));
   live.question = experiment.plan().question;
   live.seconds = options.seconds;
-  if (live.question == Question::kDelay) live.most_delay = kMostDelay * 1e-3;
+  if (live.question == Question::kDelay) live.max_delay = kMaxDelay * 1e-3;
   LiveSubject subject(scene, live);
   while (!experiment.over()) {
     const Trial& trial = experiment.trial();

@@ -40,12 +40,12 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
 }
 
 /// One curve as SVG text, scaled so that the value ranges fill the plot.
-std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
-                     double y_most, double left, double top, double width, double height, const char* color) {
+std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_max, double y_min,
+                     double y_max, double left, double top, double width, double height, const char* color) {
   std::string points;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    points += fmt::format("{:.1f},{:.1f} ", left + width * x[i] / x_most,
-                          top + height * (1 - (y[i] - y_least) / (y_most - y_least)));
+    points += fmt::format("{:.1f},{:.1f} ", left + width * x[i] / x_max,
+                          top + height * (1 - (y[i] - y_min) / (y_max - y_min)));
   }
   return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="1.5" points="{}"/>)", color, points);
 }

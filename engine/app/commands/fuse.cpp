@@ -80,7 +80,7 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
   j["covered_area_mm2"] = o.fused.covered_area / kSquareMillimetre;
   j["moved_mm"] = {{"mean", o.fused.mean / kMillimetre},
                    {"median", o.fused.median_size / kMillimetre},
-                   {"most", o.fused.most_size / kMillimetre}};
+                   {"most", o.fused.max_size / kMillimetre}};
   j["volume_before_mm3"] = volumes_json(o.before);
   j["volume_mm3"] = volumes_json(o.after);
   return j;
@@ -103,7 +103,7 @@ std::string as_text(const Outcome& o, const Arguments& a, const haptics::Intraor
                              o.fused.scanned_area / kSquareMillimetre));
   line("moved",
        fmt::format("by {:.3f} mm (median), {:.3f} mm (95 %), {:+.3f} mm outward on average",
-                   o.fused.median_size / kMillimetre, o.fused.most_size / kMillimetre, o.fused.mean / kMillimetre));
+                   o.fused.median_size / kMillimetre, o.fused.max_size / kMillimetre, o.fused.mean / kMillimetre));
   for (std::size_t t = 0; t < o.after.size(); ++t) {
     if (!(o.before[t] > 0 || o.after[t] > 0)) continue;
     line(name_of(static_cast<Tissue>(t)),

@@ -50,7 +50,7 @@ nlohmann::ordered_json as_json(const SpherePacking& packing, const Options& opti
   return {{"spheres", packing.size()},
           {"seed", packing.seed},
           {"coverage", packing.coverage()},
-          {"largest_hole_mm", packing.largest_hole / kMillimetre},
+          {"largest_hole_mm", packing.max_hole / kMillimetre},
           {"radius_mm",
            {{"limit", packing.max_radius / kMillimetre},
             {"largest", radii.back() / kMillimetre},
@@ -95,7 +95,7 @@ void run(const Options& options) {
       "{} spheres fill {:.1f} % of the tissue; radius {:.4f} to {:.4f} mm, median {:.4f} mm; largest hole {:.4f} mm\n",
       packing.size(), 100 * packing.coverage(), json["radius_mm"]["smallest"].get<double>(),
       json["radius_mm"]["largest"].get<double>(), json["radius_mm"]["median"].get<double>(),
-      packing.largest_hole / kMillimetre);
+      packing.max_hole / kMillimetre);
   for (const auto& [name, tissue] : json["tissues"].items()) {
     fmt::print("{}: {} spheres in {:.2f} mm³, {:.1f} % filled\n", name, tissue["spheres"].get<long long>(),
                tissue["volume_mm3"].get<double>(), 100 * tissue["coverage"].get<double>());

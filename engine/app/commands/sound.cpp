@@ -86,8 +86,8 @@ void run_fit(FitCommand c) {
     j["unsmoothed_distance_dB"] = report.unsmoothed_distance_dB;
     j["itakura_saito"] = report.itakura_saito;
     j["up_to_Hz"] = report.up_to;
-    j["largest_reflection"] = report.largest_reflection;
-    j["stable"] = report.largest_reflection < 1;
+    j["largest_reflection"] = report.max_reflection;
+    j["stable"] = report.max_reflection < 1;
     j["condition"] = report.condition;
     j["filter"] = report.form;
     j["sufficient_order"] = audio::sufficient_order(model);
@@ -128,7 +128,7 @@ void run_fit(FitCommand c) {
              10 * std::log10(audio::power_of(model)) - 20 * std::log10(model.gain));
   fmt::print("  spectrum        {:.2f} dB log-spectral distance, Itakura-Saito {:.3f}, to {:.0f} Hz\n",
              report.distance_dB, report.itakura_saito, report.up_to);
-  fmt::print("  stability       largest |k| {:.5f}; condition {:.3g}: runs as {} filter\n", report.largest_reflection,
+  fmt::print("  stability       largest |k| {:.5f}; condition {:.3g}: runs as {} filter\n", report.max_reflection,
              report.condition, report.form);
   fmt::print("  enough          order {} by the Bayesian criterion\n", audio::sufficient_order(model));
   for (const audio::ModelLine& line : model.lines) {

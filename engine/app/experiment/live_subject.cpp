@@ -64,7 +64,7 @@ struct LiveSubject::Impl {
   Impl(const Scene& s, const Options& o) : scene(s), options(o) {
     scene.servo.cutting = false;
     options.workbench.steered = true;
-    options.workbench.most_delay = options.most_delay;
+    options.workbench.max_delay = options.max_delay;
   }
 
   /// Shows the catalogue's text `key` in the window, and prints it in English on the terminal.

@@ -18,8 +18,8 @@ class LiveSubject {
   struct Options {
     WorkbenchOptions workbench;
     Question question = Question::kStiffness;
-    double seconds = 4;     // s, duration of each stimulus
-    double most_delay = 0;  // s, largest delay among the stimuli
+    double seconds = 4;    // s, duration of each stimulus
+    double max_delay = 0;  // s, largest delay among the stimuli
   };
   /// Prepares trials; the first ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);

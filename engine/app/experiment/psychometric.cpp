@@ -17,7 +17,7 @@ using Binomial = boost::math::binomial_distribution<double>;
 
 constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile, one degree of freedom
-constexpr double kLeastProbability = 1e-12;            // lower limit of a probability: the likelihood never becomes 0
+constexpr double kMinProbability = 1e-12;              // lower limit of a probability: the likelihood never becomes 0
 // The width is searched between smallest difference / kWidthRange and largest difference · kWidthRange.
 constexpr double kWidthRange = 50;
 
@@ -67,7 +67,7 @@ class Likelihood {
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
-    double low = 0, high = kMostLapses;
+    double low = 0, high = kMaxLapses;
     if (slope(low) <= 0) {
       high = low;
     } else if (slope(high) >= 0) {
@@ -122,7 +122,7 @@ class Likelihood {
 
  private:
   double probability(std::size_t i, double lapse) const {
-    return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
+    return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kMinProbability, 1 - kMinProbability);
   }
   /// Derivative of the log-likelihood with respect to the lapse rate.
   double slope(double lapse) const {

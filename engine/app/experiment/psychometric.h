@@ -37,7 +37,7 @@ struct PsychometricFit {
   double log_likelihood = 0;
 };
 
-inline constexpr double kMostLapses = 0.06;  // upper limit of the lapse rate (Wichmann & Hill 2001)
+inline constexpr double kMaxLapses = 0.06;  // upper limit of the lapse rate (Wichmann & Hill 2001)
 
 /// Fits by maximum likelihood, with intervals from the profile likelihood (χ², one degree of freedom). Needs a
 /// judgement with a difference other than 0. The bias is limited to the range of differences.

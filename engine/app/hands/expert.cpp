@@ -27,7 +27,7 @@ struct CutForce {
   // Bulk removal with a coarse tool; near the largest power of a turbine.
   static constexpr double coarse = 2.0;
   // Upper limit, as a fraction of the task's largest force.
-  static constexpr double below_most = 0.9;
+  static constexpr double below_max = 0.9;
 };
 
 /// Parameters for joining strokes to one sequence of steps.
@@ -61,10 +61,10 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
   grip.size = std::max(1.0, voxel / kVoxelOfATooth);
   for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
-    if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = CutForce::below_most * rule.target;
+    if (rule.name == "force_max_N" && rule.target > 0) grip.max_force = CutForce::below_max * rule.target;
   }
   // The default limit is for teeth. If the task needs a larger mean force, there is no limit.
-  if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
+  if (grip.max_force < grip.force) grip.max_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
 }
@@ -72,15 +72,15 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 /// Parameters for the choice and order of the cutting tools.
 struct ToolChoice {
   // Distance between two passes, as a fraction of the tool's diameter; its limits, m.
-  static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.5e-3;
+  static constexpr double pass = 0.22, min_pass = 0.12e-3, max_pass = 0.5e-3;
   // Distance between two passes of a coarse tool. At the limit, its round end leaves ridges of 0.04 mm.
-  static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
+  static constexpr double coarse_pass = 0.26, max_coarse_pass = 0.6e-3;
   // Allowed overlap of a hand instrument with tissue that must stay, m. Negative: otherwise enamel would carry the
   // force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, allowed overlap of a bur with tissue to keep
   // Thinnest cut of a bur, m; less than the 0.02 mm that the score tolerates.
-  static constexpr double least_cut = 0.015e-3;
+  static constexpr double min_cut = 0.015e-3;
   // The error is the volume that differs from the ideal. A tool is good enough if it reduces the error by at least (1 -
   // tolerated_loss) of the best tool's reduction. The widest of these tools is the fastest.
   static constexpr double tolerated_loss = 0.12;
@@ -88,9 +88,9 @@ struct ToolChoice {
   // If error after the best tool / error after the chosen tool is below this, another tool finishes.
   static constexpr double hardly_less = 0.6;
   // Another tool is used if it leaves less than needed_reduction of the current error, and reduces the error by at
-  // least least_gain of the first error.
-  static constexpr double needed_reduction = 0.9, least_gain = 0.012;
-  static constexpr std::size_t most_tools = 3, most_tried = 5;
+  // least min_gain of the first error.
+  static constexpr double needed_reduction = 0.9, min_gain = 0.012;
+  static constexpr std::size_t max_tools = 3, max_tried = 5;
 };
 
 /// Parameters of filling. It is added in portions: domes around the surface point nearest to the instrument's free end.
@@ -129,10 +129,10 @@ struct Filling {
   // A voxel counts as filled if it is this deep inside the dome, voxels.
   static constexpr double whole_voxel = 0.9;
   // Smallest portion, m³. It can be added in one tick.
-  static constexpr double least_volume = 0.004e-9;
+  static constexpr double min_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions in one plan
-  // A portion is abandoned after `longer` times its planned duration plus `least_time` (s).
-  static constexpr double longer = 1.2, least_time = 0.1;
+  // A portion is abandoned after `longer` times its planned duration plus `min_time` (s).
+  static constexpr double longer = 1.2, min_time = 0.1;
 };
 
 /// Parameters that decide when cutting and filling end.
@@ -140,13 +140,13 @@ struct Rounds {
   // Another round of cutting follows after filling. Otherwise it follows only if the last round left less than this
   // fraction of the error.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;  // largest number of rounds of cutting
+  static constexpr int max_cuts = 4;  // largest number of rounds of cutting
   // Thickness of excess that the first carving leaves, m.
   static constexpr double clearly_too_high = 0.1e-3;
   // Smallest useful layer of filling, m³.
-  static constexpr double least_layer = 0.01e-9;
+  static constexpr double min_layer = 0.01e-9;
   // Useless layers in a row before the next instrument.
-  static constexpr int most_vain = 3;
+  static constexpr int max_vain = 3;
 };
 
 /// Volume of tissue that differs from the ideal, m³.
@@ -201,20 +201,20 @@ class Plan {
   }
 
   /// Plans cuts with one tool after the other, until no tool reduces the error enough. Tissue thinner than
-  /// `least_thickness` (m) is not cut.
-  void cut(bool by_hand, double least_thickness = 0) {
+  /// `min_thickness` (m) is not cut.
+  void cut(bool by_hand, double min_thickness = 0) {
     std::vector<bool> used(tools_.size());
-    for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
+    for (std::size_t round = 0; round < ToolChoice::max_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
       now.before = now.after;  // the next strokes start from tissue after the earlier strokes
-      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
+      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
-      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::most_tried; ++i) {
+      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::max_tried; ++i) {
         const haptics::Tool& tool = tools_[i];
         if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
-        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true, least_thickness)};
+        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true, min_thickness)};
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate.strokes);
         candidate.left = remaining_difference(judge_.preparation(after));
@@ -232,7 +232,7 @@ class Plan {
       const haptics::Tool& tool = tools_[best->tool];
       const bool other_finishes = least < ToolChoice::hardly_less * best->left;
       const std::vector<Stroke> strokes =
-          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, least_thickness) : std::move(best->strokes);
+          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, min_thickness) : std::move(best->strokes);
       log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
                 best->left * 1e9);
       if (goes_straight_in(strokes)) go_up_by_sizes(best->tool, strokes.front());
@@ -270,14 +270,14 @@ class Plan {
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
-                           double least_thickness) const {
+                           double min_thickness) const {
     const bool coarse = tool.coarse();
     const double step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
-                                   grip_.size * ToolChoice::least_pass,
-                                   grip_.size * (coarse ? ToolChoice::most_coarse_pass : ToolChoice::most_pass));
+                                   grip_.size * ToolChoice::min_pass,
+                                   grip_.size * (coarse ? ToolChoice::max_coarse_pass : ToolChoice::max_pass));
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size,
-                        by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
+                        by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut));
   }
   /// Appends these strokes' steps. `bulk_force`: factor on the mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
@@ -286,7 +286,7 @@ class Plan {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : CutForce::finishing));
+      force_ = std::min(grip_.max_force, grip_.force * (s.bulk ? bulk_force : CutForce::finishing));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       if (s.in_air) {
         add(ExpertLeg::Kind::kMove, s.to);
@@ -449,7 +449,7 @@ class Plan {
       radius *= layer.frame.voxel;
       const haptics::Fill dome(tool, portion.center, radius, portion.X_WT, layer.frame);
       const double volume = put(dome, layer);
-      if (volume < Filling::least_volume) continue;
+      if (volume < Filling::min_volume) continue;
       state_.fill(haptics::Fill(tool, portion.center, radius, portion.X_WT, state_.frame()));
       filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
       if (portions++ == 0) take(which, false);
@@ -468,8 +468,7 @@ class Plan {
   /// Presses the pedal until `volume` (m³) is filled.
   void press(const Instrument& instrument, const Pose& X_WT, double volume) {
     pedal_ = 1;
-    add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
-        volume);
+    add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::min_time, volume);
     pedal_ = 0;
   }
 
@@ -487,7 +486,7 @@ class Plan {
       const double gap = glm::length(instrument.end(portion->X_WT) - portion->center);
       const double small = std::hypot(hole, gap) + Filling::whole_voxel * voxel;
       const double volume = put(haptics::Fill(tool, portion->center, small, portion->X_WT, layer.frame), layer);
-      if (volume < Filling::least_volume) continue;
+      if (volume < Filling::min_volume) continue;
       state_.fill(haptics::Fill(tool, portion->center, small, portion->X_WT, state_.frame()));
       add(ExpertLeg::Kind::kMove, portion->X_WT);
       press(instrument, portion->X_WT, volume);
@@ -527,7 +526,7 @@ class Plan {
       if (instrument.field.distance(p_TQ) <= Filling::head_free * in.frame.voxel) continue;
       const std::size_t level = portion.level(glm::dot(in.frame.to_world(q), axis_) + Filling::layer);
       for (std::size_t k = 0; k < portion.excess.size(); ++k) {
-        const double r = std::min(static_cast<double>(k + 1), most_radius(in, instrument));
+        const double r = std::min(static_cast<double>(k + 1), max_radius(in, instrument));
         const double gain = portion.wanted[2 * portion.excess.size() * k + level] - portion.excess[k];
         if (r < least || gain <= most) continue;
         most = gain;
@@ -538,7 +537,7 @@ class Plan {
     return best;
   }
   /// Radius of the largest dome the instrument can add, voxels.
-  static double most_radius(const session::Preparation& in, const Instrument& instrument) {
+  static double max_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
@@ -654,7 +653,7 @@ class Plan {
 
   void measure(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
     const dvec3 c = in.frame.to_voxels(portion.center);
-    const double most = most_radius(in, instrument);
+    const double most = max_radius(in, instrument);
     const dquat R_TW = glm::conjugate(instrument.R_WT);
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)),
                      hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
@@ -754,9 +753,9 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // After several useless layers, the next instrument is used, which has a longer reach.
   const double missing = missing_in(judge_.preparation(now));
-  useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
+  useless_layers_ = missing > missing_ - Rounds::min_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
-  if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
+  if (useless_layers_ > Rounds::max_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
     // Second pass of filling, after the first carving: fills what is missing, and more.
     layers_cut_ = layers_;
@@ -774,7 +773,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = remaining_difference(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < Rounds::max_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);

@@ -39,9 +39,9 @@ struct ExpertLeg {
 struct ExpertGrip {
   // Factor on all lengths of the motion; tooth: 1.
   double size = 1;
-  double force = 1;                                             // N, mean force that the task requires
-  double lead = 1e-3;                                           // m, the hand's lead over the tool at the mean force
-  double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
+  double force = 1;                                            // N, mean force that the task requires
+  double lead = 1e-3;                                          // m, the hand's lead over the tool at the mean force
+  double max_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
 /// Position where a portion was added, m, perpendicular to the axis. The hole in it can be entered again only at

@@ -45,17 +45,17 @@ struct Lead {
   // Gain for scraping soft filling.
   static constexpr double scrape_gain = 30;
   // Largest lead for scraping, m.
-  static constexpr double most_scrape_lead = 1.2e-3;
+  static constexpr double max_scrape_lead = 1.2e-3;
   // The limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this · force
   // error / mean force. 1/s.
   static constexpr double lead_per_force = 15;
   // Smallest and largest limit, as factors on ExpertGrip::lead.
-  static constexpr double least_most_lead = 0.6, most_lead = 3;
+  static constexpr double least_most_lead = 0.6, max_lead = 3;
   // The limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
   // In the air, the hand slows if the tool falls behind by `waits_from` (m), and over the next `waits_over` (m) to the
-  // fraction `least_pace` of its full speed.
-  static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
+  // fraction `min_pace` of its full speed.
+  static constexpr double waits_from = 3e-3, waits_over = 1e-3, min_pace = 0.02;
 };
 
 }  // namespace
@@ -102,7 +102,7 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGri
       dt_(1 / rate),
       from_(legs_.front().to),
       free_(from_),
-      most_lead_(grip.lead * Lead::least_most_lead) {
+      max_lead_(grip.lead * Lead::least_most_lead) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -181,7 +181,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
                  to_turn = (back_ ? first : last) ? length - along_ : length;
     const double pace =
         leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::drill_travel_pace : Lead::travel_pace) *
-                                      std::clamp(1 - (off - Lead::waits_from) / Lead::waits_over, Lead::least_pace, 1.0)
+                                      std::clamp(1 - (off - Lead::waits_from) / Lead::waits_over, Lead::min_pace, 1.0)
         : leg.kind == Kind::kCut
             ? std::min(kExpertCutPace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : std::min(Lead::scrape_pace, Lead::turning_pace + std::min(from_turn, to_turn) / Lead::turning_time);
@@ -208,14 +208,14 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
       presses ? (scrapes ? Lead::scrape_gain : std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_)) *
                     (place() - seen_.X_WG.p)
               : dvec3(0);
-  const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
+  const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
   if (size > most) wanted *= most / size;
   // Soft tissue needs a longer lead for the same force, so the limit of the lead is adjusted.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
-    most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
-                            grip_.lead * Lead::least_most_lead,
-                            std::max(grip_.lead * Lead::most_lead, grip_.size * Lead::always_allowed_lead));
+    max_lead_ = std::clamp(max_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
+                           grip_.lead * Lead::least_most_lead,
+                           std::max(grip_.lead * Lead::max_lead, grip_.size * Lead::always_allowed_lead));
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double fraction = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);

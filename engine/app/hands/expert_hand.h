@@ -63,7 +63,7 @@ class ExpertHand final : public haptics::HapticDevice {
   bool back_ = false;    // true: moves back along the run
   dvec3 lead_{0};        // m, displacement from the target point to the hand
   /// Limit of the lead in a cut, adjusted to reach the planned force, m.
-  double most_lead_;
+  double max_lead_;
 };
 
 /// The expert of a session on one thread. After each plan it makes the next one from the current tissue, until a plan

@@ -32,9 +32,9 @@ constexpr double kSweepApart = 1.0e-3;  // m, distance between strokes
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
 // Growth of the lead, m/s per newton of missing force.
 constexpr double kLeadPerForce = 1.5e-3;
-constexpr double kMostLead = 3e-3;  // m, largest lead
-constexpr double kPeck = 3e-3;      // m, depth that is drilled between two withdrawals
-constexpr double kPull = 2e-3;      // m, length of a withdrawal, in which the bone cools
+constexpr double kMaxLead = 3e-3;  // m, largest lead
+constexpr double kPeck = 3e-3;     // m, depth that is drilled between two withdrawals
+constexpr double kPull = 2e-3;     // m, length of a withdrawal, in which the bone cools
 // Bone temperatures at which the tool is lifted (kHot) and at which work continues (kCool), °C.
 constexpr double kHot = 42, kCool = 41;
 // Height above the entry point at which the bur is out of the pit, m.
@@ -88,7 +88,7 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
 /// Presses along the axis with `newton`, down to `depth` (m).
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
-  lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);
+  lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMaxLead);
   const double here = tip_depth(), left = depth - here;
   const double lead = left < kSlowFrom ? std::min(lead_, std::max(0.0, left) + 0.02e-3) : lead_;
   depth_ = here + lead;

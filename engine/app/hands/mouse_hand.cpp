@@ -15,18 +15,18 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                     // m per notch of the wheel, default
-constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch of the wheel, limits
+constexpr double kUsualStep = 0.15e-3;                  // m per notch of the wheel, default
+constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m per notch of the wheel, limits
 // Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;  // m, largest distance from the screen's plane, and by the wheel
+constexpr double kMaxDepth = 30e-3;  // m, largest distance from the screen's plane, and by the wheel
 // Free distance along the shank above tissue that hides the tool, m. It keeps a tilted head free of an oblique surface.
 constexpr double kClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
 // Tilt at the start, away from the user, so that the bur is visible, rad.
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
-constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
+constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
 // Tilt per half picture height of pointer motion, rad.
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
 // While tilting, the pointer moves away from the tool. Later pointer motions reduce this offset by this fraction of
@@ -67,10 +67,10 @@ double wheel_step_of(const std::string& text) {
   if (text.empty()) return kUsualStep;
   char* end = nullptr;
   const double step = std::strtod(text.c_str(), &end) * kMillimetre;
-  if (end != text.c_str() + text.size() || !(step >= kLeastStep && step <= kMostStep))
+  if (end != text.c_str() + text.size() || !(step >= kMinStep && step <= kMaxStep))
     throw Error("--hand", "", "mouse:" + text,
-                fmt::format("mouse: or mouse:STEP_MM, {:g} to {:g} mm a notch of the wheel", kLeastStep / kMillimetre,
-                            kMostStep / kMillimetre));
+                fmt::format("mouse: or mouse:STEP_MM, {:g} to {:g} mm a notch of the wheel", kMinStep / kMillimetre,
+                            kMaxStep / kMillimetre));
   return step;
 }
 
@@ -93,13 +93,13 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
     tissue.copy(at, glm::ivec3(1), &outside, nullptr);
     return outside > 0;
   };
-  for (double depth = std::min(kMostDepth, 0.9 * distance); depth > depth_; depth -= frame.voxel) {
+  for (double depth = std::min(kMaxDepth, 0.9 * distance); depth > depth_; depth -= frame.voxel) {
     const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
     if (free(p)) continue;
     depth_ = depth;
     const dvec3 shank = rotation() * dvec3(0, 0, 1);
     double clear = 0, way = frame.voxel;
-    for (; way < kMostDepth && clear < kClear; way += frame.voxel)
+    for (; way < kMaxDepth && clear < kClear; way += frame.voxel)
       clear = free(p + way * shank) ? clear + frame.voxel : 0;
     slid_W_ = way * shank;
     return;
@@ -126,7 +126,7 @@ void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
-  lean_ = glm::clamp(turned, glm::dvec2(-kMostLean), glm::dvec2(kMostLean));
+  lean_ = glm::clamp(turned, glm::dvec2(-kMaxLean), glm::dvec2(kMaxLean));
 }
 
 dquat Pointer::rotation() const {
@@ -138,8 +138,8 @@ dquat Pointer::rotation() const {
 
 haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, const std::optional<dvec3>& touching_W) {
   for (const int key : input.pressed) {
-    if (key == display::keys::kPageUp) wheel_step_ = std::min(2 * wheel_step_, kMostStep);
-    if (key == display::keys::kPageDown) wheel_step_ = std::max(wheel_step_ / 2, kLeastStep);
+    if (key == display::keys::kPageUp) wheel_step_ = std::min(2 * wheel_step_, kMaxStep);
+    if (key == display::keys::kPageDown) wheel_step_ = std::max(wheel_step_ / 2, kMinStep);
   }
   const View seen = view();
   const glm::dvec2 moved = input.pointer - at_;
@@ -155,7 +155,7 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, co
   if (input.middle) lean_ = glm::dvec2(0);
   const dquat R_WT = rotation();
   const dvec3 slid = slid_W_ + input.wheel * wheel_step_ * (R_WT * dvec3(0, 0, 1));
-  if (glm::length(slid) <= kMostDepth) slid_W_ = slid;
+  if (glm::length(slid) <= kMaxDepth) slid_W_ = slid;
 
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;

@@ -29,13 +29,13 @@ constexpr double kRow = 0.6;  // distance between rows, in tool diameters
 // Largest height difference of floor points that count as level, m.
 constexpr double kSameLevel = 10e-6;
 // Smallest flat floor that gets passes along its walls, m².
-constexpr double kLeastFlat = 0.1e-6;
+constexpr double kMinFlat = 0.1e-6;
 // Smallest flat part, as a fraction of the head's cross-section.
 constexpr double kFlatShare = 0.15;
 // Distance of a row's end from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, distance from neighbouring teeth and gum
-constexpr double kLeastTaken = 0.05;     // voxels, thinnest cut
+constexpr double kMinTaken = 0.05;       // voxels, thinnest cut
 // A point nearer to the line between its neighbours than this is omitted, m.
 constexpr double kOnLine = 2e-6;
 // Over a part of a pass without cutting shorter than this, the tool is moved along the pass, not lifted, m.
@@ -64,7 +64,7 @@ class StrokePlanner {
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
                 const SurroundingsShape* around, double size, double least)
       : size_(size),
-        least_taken_(std::max(kLeastTaken / size, least / in.frame.voxel)),
+        min_taken_(std::max(kMinTaken / size, least / in.frame.voxel)),
         in_(in),
         tool_(tool),
         around_(around),
@@ -176,7 +176,7 @@ class StrokePlanner {
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
-                       [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
+                       [&](const dvec3& d) { return left_.sample(q + d) < -min_taken_ && ideal_.sample(q + d) > 0; });
   }
 
   /// Computes the box of the tissue to remove, plus the head. False: there is nothing to remove.
@@ -622,13 +622,13 @@ class StrokePlanner {
     }
     std::vector<double> flat;
     for (const auto& [height, level] : levels)
-      if (level.columns * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+      if (level.columns * grid_ * step_ > std::max(kMinFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
         flat.push_back(level.highest + on_line_);
     return flat;
   }
 
-  const double size_;         // factor for lengths: 1 for a tooth, larger if the task treats a larger body
-  const double least_taken_;  // voxels; thinner tissue gets no stroke
+  const double size_;       // factor for lengths: 1 for a tooth, larger if the task treats a larger body
+  const double min_taken_;  // voxels; thinner tissue gets no stroke
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;

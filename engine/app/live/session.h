@@ -57,13 +57,13 @@ struct LiveSession {
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// Creates the servo for the hand. `most_delay`: largest delay of the force that may be requested later, s; 0: none.
-  void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
+  /// Creates the servo for the hand. `max_delay`: largest delay of the force that may be requested later, s; 0: none.
+  void serve(const haptics::DeviceInfo& hand, double max_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
     servo.emplace(settings);
     gum = settings.soft;
-    if (most_delay > 0) delay.emplace(settings, most_delay);
+    if (max_delay > 0) delay.emplace(settings, max_delay);
     loop.emplace(wiring, hand.rate);
   }
 };

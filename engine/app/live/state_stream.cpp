@@ -34,9 +34,9 @@ using Text = nlohmann::ordered_json;
 constexpr const char* kSchema = "typodont-state-1";
 // Largest amount of waiting data, bytes: about 100 messages. If a message would exceed it, this reader does not get the
 // message.
-constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
-constexpr std::size_t kMostReaders = 32;
+constexpr std::size_t kMaxWaiting = 1 << 16;
+constexpr std::size_t kMaxAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
+constexpr std::size_t kMaxReaders = 32;
 
 /// A socket whose calls never block.
 class Socket {
@@ -203,8 +203,8 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are rare and important: they may use twice kMostWaiting.
-  if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
+  // Events are rare and important: they may use twice kMaxWaiting.
+  if (reader.waiting.size() + frame.size() > (may_skip ? kMaxWaiting : 2 * kMaxWaiting)) {
     ++counts.skipped;
     return;
   }
@@ -232,7 +232,7 @@ void StateStream::Impl::flush(Reader& reader) {
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
-    if (reader.asked.size() > kMostAsked) reader.gone = true;
+    if (reader.asked.size() > kMaxAsked) reader.gone = true;
     return;
   }
   const auto field = [&](std::string_view name) -> std::string {
@@ -268,8 +268,8 @@ void StateStream::Impl::answer(Reader& reader) {
 /// Reads from a connection. After the handshake: only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // largest number of reads per call: a reader may send endlessly
-  for (int i = 0; i < kMostReads; ++i) {
+  constexpr int kMaxReads = 16;  // largest number of reads per call: a reader may send endlessly
+  for (int i = 0; i < kMaxReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
@@ -398,11 +398,11 @@ void StateStream::turn() {
       const int yes = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
       // If there are too many readers, a connection without a finished handshake is closed to make room.
-      if (impl_->readers.size() >= kMostReaders)
+      if (impl_->readers.size() >= kMaxReaders)
         if (const auto silent = std::ranges::find(impl_->readers, false, &Reader::greeted);
             silent != impl_->readers.end())
           impl_->readers.erase(silent);
-      if (impl_->readers.size() < kMostReaders) impl_->readers.push_back(std::move(reader));
+      if (impl_->readers.size() < kMaxReaders) impl_->readers.push_back(std::move(reader));
     }
   }
   for (Reader& reader : impl_->readers) {

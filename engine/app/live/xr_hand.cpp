@@ -18,7 +18,7 @@ constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion back to
 // At a stiffness of 1 N/mm, the force fades within 50 ms.
 constexpr double kLostHandAdmittance = 0.02;
 // Largest speed at which the tool yields to the force while tracking is lost, m/s.
-constexpr double kMostLostHandSpeed = 0.05;
+constexpr double kMaxLostHandSpeed = 0.05;
 // The trigger counts as released if its position (0 to 1) is smaller than this.
 constexpr double kReleased = 0.1;
 // Age of a sample from which tracking counts as lost, ns.
@@ -61,7 +61,7 @@ haptics::HandSample XrHandFilter::next(const XrHandSample& wanted, bool seen, co
   if (!seen) {
     lost_ = true;
     const double force = glm::length(f_T_W);
-    if (force > 0) pose_.p += f_T_W * (std::min(kLostHandAdmittance * force, kMostLostHandSpeed) / force * dt);
+    if (force > 0) pose_.p += f_T_W * (std::min(kLostHandAdmittance * force, kMaxLostHandSpeed) / force * dt);
     return {t, pose_, 0};
   }
   if (lost_) {

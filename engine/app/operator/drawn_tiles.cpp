@@ -13,7 +13,7 @@ namespace {
 constexpr int kTile = 32;  // pixels, side of a tile
 // Largest number of changed rectangles. An element is drawn once in each rectangle that it overlaps, so more would take
 // longer.
-constexpr std::size_t kMostParts = 12;
+constexpr std::size_t kMaxParts = 12;
 
 int tiles_in(int pixels) {
   return (pixels + kTile - 1) / kTile;
@@ -85,7 +85,7 @@ std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before
         parts.push_back({from, y, x - from, 1});
     }
   }
-  if (parts.size() > kMostParts) {
+  if (parts.size() > kMaxParts) {
     display::ivec2 lo(across, down), hi(0);
     for (const display::Part& p : parts) {
       lo = glm::min(lo, display::ivec2(p.x, p.y));

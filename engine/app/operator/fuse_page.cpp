@@ -71,8 +71,8 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const ScanFusion& fusion = *s.fuse.fusion;
   begin_panel("fuse", s.text("op.fuse"), size, w);
   const std::size_t pairs = std::min(fusion.points(ScanFusion::kScan).size(), fusion.points(ScanFusion::kCt).size());
-  row(s.text("op.fuse_pairs"), fmt::format("{} / {}", pairs, ScanFusion::kLeastPairs),
-      pairs >= ScanFusion::kLeastPairs ? &kGood : &kWarn);
+  row(s.text("op.fuse_pairs"), fmt::format("{} / {}", pairs, ScanFusion::kMinPairs),
+      pairs >= ScanFusion::kMinPairs ? &kGood : &kWarn);
   const auto button = [&](const char* text, int code, bool enabled, Ask ask, bool main) {
     ImGui::BeginDisabled(!enabled);
     const std::string label = fmt::format("{}   {}", s.text(text), code);

@@ -133,7 +133,7 @@ void InterfaceWindow::open() {
   output_ = display::make_window(device_, {.title = options_.title,
                                            .size = options_.size,
                                            .fits_screen = true,
-                                           .most_frames_per_second = 60,
+                                           .max_frames_per_second = 60,
                                            .urgent = options_.urgent});
 #endif
   scale_ = scale_of(*output_);
@@ -275,7 +275,7 @@ void InterfaceWindow::announce_text(const std::string& text) {
   painter_->take_font_atlas();
 }
 
-bool InterfaceWindow::poll(double most_seconds) {
+bool InterfaceWindow::poll(double max_seconds) {
   const display::UserInput before = input_;
   input_ = output_->poll();
   const Nanos t = now();
@@ -292,7 +292,7 @@ bool InterfaceWindow::poll(double most_seconds) {
   io.MouseDown[2] = input_.middle;
   io.MouseWheel += static_cast<float>(input_.wheel);
   return used || !keys_.empty() || output_->needs_frame() || to_seconds(t - last_input_) < kSettle ||
-         to_seconds(t - last_frame_) >= most_seconds;
+         to_seconds(t - last_frame_) >= max_seconds;
 }
 
 void InterfaceWindow::begin(bool emergency_stop) {

@@ -45,8 +45,8 @@ class InterfaceWindow {
   /// States characters of the next frames. Call between frames only.
   void announce_text(const std::string& text);
 
-  /// Reads mouse and keyboard. True: a frame must be drawn, because of input or because `most_seconds` have passed.
-  bool poll(double most_seconds);
+  /// Reads mouse and keyboard. True: a frame must be drawn, because of input or because `max_seconds` have passed.
+  bool poll(double max_seconds);
   const display::UserInput& input() const { return input_; }
 
   /// Call ImGui's functions between begin() and end(). `emergency_stop`: in this frame, Esc and Space stop the session.

@@ -16,7 +16,7 @@ using namespace widgets;
 namespace {
 
 constexpr double kWheel = 0.25e-3;       // m, motion along the axis per wheel step
-constexpr double kLargestTilt = 60;      // degrees, that the user can set
+constexpr double kMaxTilt = 60;          // degrees, that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
 // Index of the section across the axis, at the upper end.
 constexpr std::size_t kLevel = 2;
@@ -87,7 +87,7 @@ bool edit_axis(dvec3& axis_W) {
   if (!ImGui::InputScalarN("##tilt", ImGuiDataType_Double, tilt.data(), 2, nullptr, nullptr, "%.1f°",
                            ImGuiInputTextFlags_EnterReturnsTrue))
     return false;
-  for (double& t : tilt) t = std::clamp(t, -kLargestTilt, kLargestTilt) * kDegree;
+  for (double& t : tilt) t = std::clamp(t, -kMaxTilt, kMaxTilt) * kDegree;
   axis_W = glm::normalize(dvec3(std::tan(tilt[0]), std::tan(tilt[1]), -1));
   return true;
 }

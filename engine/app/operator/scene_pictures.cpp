@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kSuffix = ".png";
 // Maximum picture cache size, bytes: over a hundred pictures.
-constexpr std::uintmax_t kMostKept = 64 << 20;
+constexpr std::uintmax_t kMaxKept = 64 << 20;
 
 fs::path folder() {
   return cache::folder("pictures");
@@ -86,7 +86,7 @@ bool ScenePictures::look() {
 void ScenePictures::begin(const fs::path& scene) {
   drawn_ = scene;
   job_ = std::make_unique<Job>([scene](Progress& progress) {
-    const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMostKept, [&](const fs::path& file) {
+    const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMaxKept, [&](const fs::path& file) {
       struct Drawn {  // removes the folder, even after an exception
         fs::path folder;
         ~Drawn() {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kSuffix = ".json";
 // Maximum score cache size, bytes: about ten thousand scores.
-constexpr std::uintmax_t kMostKept = 4 << 20;
+constexpr std::uintmax_t kMaxKept = 4 << 20;
 
 /// Key of a cached score. It changes with the session's file and with the program.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
@@ -54,7 +54,7 @@ void cache_score(const fs::path& session, const CachedScore& score) {
   const auto key = key_of(session);
   if (folder.empty() || !key) return;
   const nlohmann::json json = {{"points", score.points}, {"counts", score.counts}, {"passed", score.passed}};
-  cache::keep(folder, *key, kSuffix, kMostKept,
+  cache::keep(folder, *key, kSuffix, kMaxKept,
               [&](const fs::path& part) { write_file_atomically(part, json.dump() + "\n", FileKind::kJson); });
 }
 

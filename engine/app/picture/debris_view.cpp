@@ -19,7 +19,7 @@ constexpr double kFilmShown = 0.05;  // s, interval of updates of the water film
 // The head's cut is applied to the water's distance field each time that the head has moved this far, m.
 constexpr double kCutSteps = 0.1e-3;
 constexpr double kPressed = 0.05;  // the handpiece sprays if the pedal's position (0 to 1) is larger than this
-constexpr float kLeastShown =
+constexpr float kMinShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this one, but fainter
 // The finest chips are drawn as mist, large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
@@ -83,8 +83,8 @@ void DebrisView::restart() {
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
   if (!device || device->processor || water_) return;
-  newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
-  cloud_.emplace(*device, cloud_law(options_, field_, kLeastShown), distance_);
+  newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.max_per_cut));
+  cloud_.emplace(*device, cloud_law(options_, field_, kMinShown), distance_);
   suck(suction_);
 }
 
@@ -96,7 +96,7 @@ void DebrisView::suck(const std::optional<debris::Suction>& suction) {
   cloud_->suck(s.p_W, s.flow, s.radius);
 }
 
-render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown) {
+render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double min_shown) {
   return {.capacity = options.capacity,
           .gravity = options.gravity_W,
           .air_density = options.air_density,
@@ -105,7 +105,7 @@ render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::C
           .slide = options.slide,
           .decay_time = options.decay_time,
           .lifetime = options.lifetime,
-          .least_shown = least_shown,
+          .min_shown = min_shown,
           .origin = field.origin,
           .spacing = field.spacing,
           .size = field.size};
@@ -245,8 +245,8 @@ std::span<const render::Particle> DebrisView::particles() {
   for (std::size_t i = 0; i < count; ++i) {
     const debris::DebrisPoint& point = points_[i];
     const bool mist = point.chip < kMistChip;
-    const float fraction = std::min(1.0f, point.diameter / kLeastShown) * (mist ? kMistOpacity : 1.0f);
-    particles_.push_back({point.p_W, std::max(point.diameter, kLeastShown) / 2 * (mist ? kMistWidth : 1.0f),
+    const float fraction = std::min(1.0f, point.diameter / kMinShown) * (mist ? kMistOpacity : 1.0f);
+    particles_.push_back({point.p_W, std::max(point.diameter, kMinShown) / 2 * (mist ? kMistWidth : 1.0f),
                           glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), fraction});
   }
   return particles_;

@@ -23,7 +23,7 @@
 namespace typodont {
 
 /// Parameters of the particles' motion, in the GPU's form.
-render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
+render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double min_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
 /// The water of a session. If there are no nozzles, neither water nor its film on surfaces is computed.

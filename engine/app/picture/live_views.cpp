@@ -24,7 +24,7 @@ constexpr int kNice = 5;
 // Maximum distance of computed differences from the ideal, m.
 constexpr double kDifferenceReach = 3e-3;
 // Largest number of ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are lost.
-constexpr std::size_t kMostUnexplored = 600'000;
+constexpr std::size_t kMaxUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -215,7 +215,7 @@ bool LiveViews::advance() {
 void LiveViews::explore(const ServoTick& tick) {
   if (!scene_.task || !scene_.task->explore) return;
   if (!explore_) {
-    if (unexplored_.size() < kMostUnexplored) unexplored_.push_back(tick);
+    if (unexplored_.size() < kMaxUnexplored) unexplored_.push_back(tick);
     return;
   }
   if (!unexplored_.empty()) explore_->add(std::exchange(unexplored_, {}));

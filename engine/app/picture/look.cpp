@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSteepest = 89 * kPi / 180;
 constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the viewer's distance from the tooth's middle
-constexpr double kMostShift = 0.05;                 // m, largest displacement of the viewed point
+constexpr double kMaxShift = 0.05;                  // m, largest displacement of the viewed point
 constexpr double kHalfAngle = 4.2 * kPi / 180;      // rad, half the vertical field of view
 
 struct Axes {
@@ -31,7 +31,7 @@ Viewpoint clamped(const Viewpoint& from) {
   v.azimuth = std::remainder(v.azimuth, 2 * kPi);
   v.elevation = std::clamp(v.elevation, -kSteepest, kSteepest);
   v.distance = std::clamp(v.distance, kNearest, kFarthest);
-  v.shift = glm::clamp(v.shift, glm::dvec2(-kMostShift), glm::dvec2(kMostShift));
+  v.shift = glm::clamp(v.shift, glm::dvec2(-kMaxShift), glm::dvec2(kMaxShift));
   return v;
 }
 

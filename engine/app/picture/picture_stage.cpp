@@ -434,7 +434,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   hud_.visible = options_.hud;
   hud_.force_shown = options_.force_in_hud;
   hud_.force_limit = options_.force_limit;
-  hud_.least_letters = display::readable_letters(rig_);
+  hud_.min_letters = display::readable_letters(rig_);
   hud_.upright = display::upright(rig_);
   hud_.aspect =
       glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);

@@ -42,7 +42,7 @@ class QualityLadder {
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
     if ((much_too_slow || (frames_ >= kSettled && mean_ > slow_)) && step_ + 1 < render::kQualityLadder.size()) {
-      if (tried_ && frames_ < kTrial) patience_ = std::min(2 * patience_, kMostPatience);
+      if (tried_ && frames_ < kTrial) patience_ = std::min(2 * patience_, kMaxPatience);
       return go(step_ + 1, false);
     }
     if (frames_ >= patience_ && mean_ < quick_ && step_ > 0) return go(step_ - 1, true);
@@ -54,7 +54,7 @@ class QualityLadder {
   static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
                        /// Longest wait before the quality may rise again, frames.
-      kMostPatience = 7200;
+      kMaxPatience = 7200;
 
   bool go(std::size_t step, bool up) {
     step_ = step;

@@ -19,7 +19,7 @@ constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after 
 constexpr float kOpaque = 0.95f;    // opacity in the middle of a patch of blood, 0..1
 constexpr double kRimWidth = 0.22;  // width of the rim of a blood patch, divided by the radius of the patch
 // Smallest width of the rim of a blood patch, m; in a narrower rim, the triangles would be visible.
-constexpr double kLeastRim = 0.35e-3;
+constexpr double kMinRim = 0.35e-3;
 
 }  // namespace
 
@@ -148,7 +148,7 @@ float SoftGumView::blood_at(const dvec3& p_W) const {
     const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
                          0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
     const double rim = wound.drawn * (1 + 0.05 * lobes);
-    most = std::max(most, std::clamp((rim - glm::length(off)) / std::max(kRimWidth * rim, kLeastRim), 0.0, 1.0));
+    most = std::max(most, std::clamp((rim - glm::length(off)) / std::max(kRimWidth * rim, kMinRim), 0.0, 1.0));
   }
   return static_cast<float>(most * most * (3 - 2 * most));
 }

@@ -34,15 +34,15 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
 
 /// Registers the bite scan to the jaws. Each of its points belongs to the nearest jaw. Two rounds.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
-  constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
-  constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
+  constexpr double kPointSpacing = 0.25e-3;                 // m, distance between the points of the bite scan
+  constexpr double kMinPoints = 2000, kMaxPoints = 40'000;  // numbers of points
   // Distance from a jaw up to which points are used in each round, m.
   constexpr double kReach[] = {2.5e-3, 1e-3};
   // Fraction of the points near a jaw that must agree with it; some points belong to the other jaw's teeth.
-  constexpr double kLeastAgreement = 0.6;
+  constexpr double kMinAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
-  const double count = std::clamp(area / (kPointSpacing * kPointSpacing), kLeastPoints, kMostPoints);
+  const double count = std::clamp(area / (kPointSpacing * kPointSpacing), kMinPoints, kMaxPoints);
   const std::vector<haptics::ScanPoint> points = haptics::spread_points(bite, static_cast<std::size_t>(count));
   for (const double reach : kReach) {
     std::vector<std::vector<calibration::SurfacePoint>> of_jaw(jaws.size());
@@ -71,7 +71,7 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
       options.point_area = area / count;
       options.start_reach = reach;
       options.resolution = jaw.field.frame.voxel;
-      options.least_agreement = kLeastAgreement;
+      options.min_agreement = kMinAgreement;
       const haptics::ToothField teeth(jaw.field);
       const auto field = [&](const dvec3& p_K) -> calibration::FieldSample {
         const haptics::ToothField::Value v = teeth.at(p_K);

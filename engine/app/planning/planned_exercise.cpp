@@ -27,7 +27,7 @@ using Text = nlohmann::ordered_json;
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
 constexpr double kSite = 15e-3;  // m, distance from the implant within which tissue is copied
 // Largest voxel of the copy, m, as in shipped scenes.
-constexpr double kLargestVoxel = 0.15e-3;
+constexpr double kMaxVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {
   const auto rounded = [](double c) { return std::round(c * 1e6) / 1e6; };
@@ -38,7 +38,7 @@ Text load_text(const fs::path& file) {
   return Text::parse(Json::load(file).text());
 }
 
-/// Copies the tissue around the plan and moves it by `move`. The voxels are at most kLargestVoxel: at 0.3 mm, a
+/// Copies the tissue around the plan and moves it by `move`. The voxels are at most kMaxVoxel: at 0.3 mm, a
 /// widening drill would stop at the wall. Distances are interpolated; labels and hardness come from the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
@@ -50,7 +50,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   hi = glm::min(hi, glm::ivec3(glm::ceil(frame.to_voxels(b))));
   const DenseCopy copy = dense_copy(volume, lo, hi - lo + 1);
 
-  const int n = static_cast<int>(std::ceil(frame.voxel / kLargestVoxel));
+  const int n = static_cast<int>(std::ceil(frame.voxel / kMaxVoxel));
   haptics::DenseTissue site;
   site.frame = {copy.frame.origin + move, frame.voxel / n};
   site.size = n * (copy.field.size - 1) + 1;

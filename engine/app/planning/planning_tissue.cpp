@@ -33,7 +33,7 @@ PlanningTissue::PlanningTissue(const haptics::TissueVolume& volume) : bone_grey_
     const dvec3 size = dvec3(hi - lo) / static_cast<double>(n) + 1.0;
     return size.x * size.y * size.z;
   };
-  while (count() > kMostSamples) ++n;
+  while (count() > kMaxSamples) ++n;
   const glm::ivec3 first = glm::ivec3(glm::floor(dvec3(lo) / static_cast<double>(n)));
   size_ = glm::ivec3(glm::ceil(dvec3(hi) / static_cast<double>(n))) - first + 1;
   if (glm::any(glm::lessThanEqual(size_, glm::ivec3(0)))) size_ = glm::ivec3(0);

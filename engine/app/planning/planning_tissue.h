@@ -16,10 +16,10 @@ namespace typodont {
 /// All positions in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies labels and hardness; above kMostSamples voxels, only every n-th.
+  /// Copies labels and hardness; above kMaxSamples voxels, only every n-th.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
-  static constexpr double kMostSamples = 1e8;
+  static constexpr double kMaxSamples = 1e8;
 
   /// Tissue of the nearest sample; kAir outside of the volume.
   Tissue at(const dvec3& p_W) const;

@@ -16,13 +16,13 @@ namespace {
 // Standard deviation of a picked point along each axis, m.
 constexpr double kClickNoise = 0.5e-3;
 constexpr double kPointSpacing = 0.25e-3;  // m, distance between registration points
-constexpr double kLeastPoints = 2000, kMostPoints = 40000;
+constexpr double kMinPoints = 2000, kMaxPoints = 40000;
 
 const glm::vec3 kScanColor(225, 205, 190), kToothColor(240, 230, 200), kBoneColor(150, 170, 155), kUnknown(120);
 
 calibration::RegistrationResult register_picks(const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                                const std::string& place) {
-  if (points_S.size() < ScanFusion::kLeastPairs) {
+  if (points_S.size() < ScanFusion::kMinPairs) {
     throw Error(place, "", fmt::format("{} pairs", points_S.size()), "three pairs of points or more, not on one line");
   }
   calibration::RegistrationOptions options;
@@ -47,7 +47,7 @@ calibration::RegistrationResult register_picks(const std::vector<dvec3>& points_
 calibration::SurfaceRegistration register_surfaces(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                                    const Pose& X_CS_start, const std::string& file) {
   calibration::SurfaceOptions options;
-  const double count = std::clamp(scan.area() / (kPointSpacing * kPointSpacing), kLeastPoints, kMostPoints);
+  const double count = std::clamp(scan.area() / (kPointSpacing * kPointSpacing), kMinPoints, kMaxPoints);
   std::vector<calibration::SurfacePoint> points;
   for (const haptics::ScanPoint& p : scan.points(static_cast<std::size_t>(count))) points.push_back({p.p_S, p.n_S});
   options.point_area = scan.area() / static_cast<double>(points.size());

@@ -32,7 +32,7 @@ ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };
-  static constexpr std::size_t kLeastPairs = 3;
+  static constexpr std::size_t kMinPairs = 3;
 
   /// Closes the scan's mesh, and extracts the CT's surface. Any thread. `unit`: unit of the mesh, m. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
@@ -45,7 +45,7 @@ class ScanFusion {
   bool pick(Side side, const dvec2& place);
   void drop_last();  // removes the point that the user picked last
   bool can_register() const {
-    return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
+    return points_[kScan].size() >= kMinPairs && points_[kScan].size() == points_[kCt].size();
   }
 
   /// The registration by the picked points. Any thread, while nothing else changes this object. Throws Error.

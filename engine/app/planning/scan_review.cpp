@@ -10,10 +10,10 @@ namespace typodont {
 
 namespace {
 
-constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
+constexpr double kMinRegion = 3e-3;  // m, smallest width of the imported region per axis
 // Width of the widest view, divided by the width of the scan; leaves a margin.
 constexpr double kMargin = 1.06;
-constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
+constexpr double kMinWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples for a preview in about a second.
 constexpr double kCoarseSamples = 4e5;
 // Band of stored distances, voxels; a preview needs only labels.
@@ -71,7 +71,7 @@ void ScanReview::scroll(std::size_t section, int slices) {
 }
 
 void ScanReview::set_width(double width) {
-  width_ = std::clamp(width, std::min(kSmallestWidth, whole_), whole_);
+  width_ = std::clamp(width, std::min(kMinWidth, whole_), whole_);
   centre_ = width_ < whole_ ? crosshair_ : 0.5 * (scan_->lo() + scan_->hi());
   ++changes_;
 }
@@ -95,7 +95,7 @@ std::array<std::string_view, 2> ScanReview::sides(std::size_t section) const {
 }
 
 void ScanReview::set_region(const haptics::ImportRegion& region) {
-  const dvec3 lo = scan_->lo(), hi = scan_->hi(), least = glm::min(dvec3(kSmallestRegion), hi - lo);
+  const dvec3 lo = scan_->lo(), hi = scan_->hi(), least = glm::min(dvec3(kMinRegion), hi - lo);
   region_.lo = glm::clamp(region.lo, lo, hi - least);
   region_.hi = glm::clamp(glm::max(region.hi, region_.lo + least), lo, hi);
   given_up_ = LabelDetail::kNone;
@@ -119,8 +119,8 @@ glm::ivec3 ScanReview::walls_at(std::size_t section, const dvec3& p_F, double re
 void ScanReview::move_walls(const glm::ivec3& walls, const dvec3& p_F) {
   haptics::ImportRegion moved = region_;
   for (int a = 0; a < 3; ++a) {
-    if (walls[a] < 0) moved.lo[a] = std::min(p_F[a], region_.hi[a] - kSmallestRegion);
-    if (walls[a] > 0) moved.hi[a] = std::max(p_F[a], region_.lo[a] + kSmallestRegion);
+    if (walls[a] < 0) moved.lo[a] = std::min(p_F[a], region_.hi[a] - kMinRegion);
+    if (walls[a] > 0) moved.hi[a] = std::max(p_F[a], region_.lo[a] + kMinRegion);
   }
   set_region(moved);
 }

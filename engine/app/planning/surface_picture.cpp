@@ -35,8 +35,8 @@ void SurfacePicture::turn(const dvec2& by) {
 }
 
 void SurfacePicture::zoom(double factor) {
-  constexpr double kSmallest = 3e-3, kLargest = 1;  // m, limits of the width of the picture
-  extent_ = std::clamp(extent_ / factor, kSmallest, kLargest);
+  constexpr double kMin = 3e-3, kMax = 1;  // m, limits of the width of the picture
+  extent_ = std::clamp(extent_ / factor, kMin, kMax);
 }
 
 dvec2 SurfacePicture::place_of(const dvec3& p) const {

@@ -40,12 +40,12 @@ struct CheckedFiles {
 /// Files in `folder` and its subfolders with the same name or the same size as the recorded file.
 std::vector<std::filesystem::path> candidates(const std::filesystem::path& folder, const session::SourceFile& file) {
   namespace fs = std::filesystem;
-  constexpr int kDeepest = 4, kMostLooks = 20'000;
+  constexpr int kDeepest = 4, kMaxLooks = 20'000;
   std::error_code code;
   const fs::path name = fs::path(file.path).filename();
   std::vector<fs::path> found{folder / file.path};
   fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, code), end;
-  for (int looks = 0; !code && it != end && looks < kMostLooks; it.increment(code), ++looks) {
+  for (int looks = 0; !code && it != end && looks < kMaxLooks; it.increment(code), ++looks) {
     if (it.depth() >= kDeepest) it.disable_recursion_pending();
     std::error_code own;
     if (it->is_regular_file(own) && (it->file_size(own) == file.bytes || it->path().filename() == name))
@@ -122,8 +122,8 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 
 Scene scene_of(const session::SessionReader& session, const ScenePlace& from) {
   // Longest chain of recordings, each of which continues the previous one.
-  constexpr int kMostRecordings = 32;
-  if (from.recordings >= kMostRecordings)
+  constexpr int kMaxRecordings = 32;
+  if (from.recordings >= kMaxRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
   ScenePlace place(std::filesystem::absolute(session.file()).parent_path());

@@ -22,13 +22,13 @@ namespace {
 constexpr float kTolerance = 0.3f;  // voxels, largest distance of the report's triangles from the surface
 
 // Largest number of label samples along each side of the volume. The labels add some hundred kilobytes to a page.
-constexpr int kMostLabels = 200;
+constexpr int kMaxLabels = 200;
 
-/// Copies the label of every n-th voxel, so that there are at most kMostLabels samples per side.
+/// Copies the label of every n-th voxel, so that there are at most kMaxLabels samples per side.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
-  const int every = (longest + kMostLabels - 1) / kMostLabels;
+  const int every = (longest + kMaxLabels - 1) / kMaxLabels;
   session::TissueLabels labels;
   labels.frame = {all.frame.origin, every * all.frame.voxel};
   labels.size = (all.field.size - 1) / every + 1;
@@ -40,13 +40,13 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
 
 /// Largest number of triangles that are copied from a tissue mesh into the report; a page then has some ten megabytes.
 /// For larger meshes, the surface of the distance field is shown.
-constexpr std::size_t kMostOwnTriangles = 200'000;
+constexpr std::size_t kMaxOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false the surface of the distance
 /// field. `ideal`: the ideal from which differences are computed; null: no differences.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const haptics::TissueVolume* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
-  const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
+  const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMaxOwnTriangles
                                       ? whole_surface(*triangles, volume.frame())
                                       : whole_surface(volume, kTolerance);
   std::optional<session::TrueDistances> distances;

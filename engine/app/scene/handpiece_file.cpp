@@ -14,8 +14,8 @@ namespace {
 constexpr double kWidestHead = 8e-3;  // m, largest head diameter that fits a dental handpiece
 // Largest numbers of parts, rings and coloured bands in a handpiece file. They limit the triangles that
 // engine/render/handpiece_mesh.h makes.
-constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
-constexpr int kMostCopies = 12;
+constexpr std::size_t kMaxParts = 16, kMaxRings = 64, kMaxBands = 16;
+constexpr int kMaxCopies = 12;
 constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a handpiece file
 
 HandpiecePart read_part(const Json& json) {
@@ -30,8 +30,8 @@ HandpiecePart read_part(const Json& json) {
     if (v[2] < 0) ring.fail("[x, z, radius] with a radius of at least 0");
     part.rings.push_back({v[0] * kMillimetre, v[1] * kMillimetre, v[2] * kMillimetre});
   }
-  if (part.rings.size() < 2 || part.rings.size() > kMostRings)
-    rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMostRings));
+  if (part.rings.size() < 2 || part.rings.size() > kMaxRings)
+    rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMaxRings));
   double length = 0;  // mm, length of the line through the handpiece's ring centres
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
@@ -54,11 +54,11 @@ HandpiecePart read_part(const Json& json) {
   };
   if (const auto bands = json.find("bands_mm")) {
     for (const Json& band : bands->items()) part.bands.push_back(range(band));
-    if (part.bands.size() > kMostBands) bands->fail(fmt::format("at most {} bands", kMostBands));
+    if (part.bands.size() > kMaxBands) bands->fail(fmt::format("at most {} bands", kMaxBands));
   }
   if (const auto knurl = json.find("knurl_mm")) part.knurl = range(*knurl);
   part.width = json.number_or("width", 1, 0.2, 5);
-  if (const auto repeat = json.find("repeat")) part.repeat = static_cast<int>(repeat->integer(1, kMostCopies));
+  if (const auto repeat = json.find("repeat")) part.repeat = static_cast<int>(repeat->integer(1, kMaxCopies));
   return part;
 }
 
@@ -98,8 +98,8 @@ Handpiece read_handpiece(const Json& json) {
   handpiece.from_head = begins == "head";
   const Json parts = json["parts"];
   for (const Json& part : parts.items()) handpiece.parts.push_back(read_part(part));
-  if (handpiece.parts.empty() || handpiece.parts.size() > kMostParts)
-    parts.fail(fmt::format("{} parts", handpiece.parts.size()), fmt::format("1 to {} parts", kMostParts));
+  if (handpiece.parts.empty() || handpiece.parts.size() > kMaxParts)
+    parts.fail(fmt::format("{} parts", handpiece.parts.size()), fmt::format("1 to {} parts", kMaxParts));
   return handpiece;
 }
 

@@ -139,8 +139,8 @@ session::ImplantTask read_implant(const Json& json, const Json& tissue, std::spa
   if (task.phases.empty()) procedure["phases"].fail("at least one phase");
   const Json limits = procedure["limits"];
   limits.allow_only({"force_N", "angle_deg", "too_deep_mm", "canal_mm", "source"});
-  task.greatest_force = limits["force_N"].number(0.1, 200);
-  task.greatest_angle = limits["angle_deg"].number(0.1, 45) * kDegree;
+  task.max_force = limits["force_N"].number(0.1, 200);
+  task.max_angle = limits["angle_deg"].number(0.1, 45) * kDegree;
   task.depth_tolerance = limits["too_deep_mm"].number(0.05, 5) * kMillimetre;
   task.canal_clearance = limits["canal_mm"].number(0, 10) * kMillimetre;
   for (const haptics::Tool& tool : tools) {

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size of the cached files
+constexpr std::uintmax_t kMaxKept = 256u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".around";
 
 template <glm::length_t N>
@@ -165,7 +165,7 @@ Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan) {
   }
   Surroundings made = make_surroundings(*plan);
   if (key)
-    cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) {
+    cache::keep(in, *key, kSuffix, kMaxKept, [&](const fs::path& file) {
       Writer writer{std::ofstream(file, std::ios::binary)};
       if (!each_part(made, writer) || !writer.out.flush())
         throw Error(file.string(), "", "not written", "a writable place");

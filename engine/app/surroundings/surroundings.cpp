@@ -97,14 +97,14 @@ struct Box {
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
-  double least_scale;
+  double min_scale;
 
   ToothCopy(const NeighbourTooth& n, const SurroundingsPlan& plan)
       : place(n),
         arch(plan.arch),
         crown(plan.crown),
         across(glm::cross(plan.crown, plan.arch)),
-        least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
+        min_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
   /// Maps a point at the neighbour to the working tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
@@ -121,9 +121,7 @@ struct ToothCopy {
     return place.contact + arch * (c * u - s * v) + across * (s * u + c * v) +
            crown * (glm::dot(r, crown) * place.scale.z);
   }
-  double distance(const ToothField& tooth, const dvec3& p_W) const {
-    return tooth.distance(to_tooth(p_W)) * least_scale;
-  }
+  double distance(const ToothField& tooth, const dvec3& p_W) const { return tooth.distance(to_tooth(p_W)) * min_scale; }
 };
 
 }  // namespace

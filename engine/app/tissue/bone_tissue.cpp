@@ -21,7 +21,7 @@ namespace {
 constexpr double kEndosteum = 0.5e-3;
 // Distance between random grey values, m: several trabecula distances.
 constexpr double kGrain = 1.2e-3;
-constexpr double kMostVoxels = 2e8;
+constexpr double kMaxVoxels = 2e8;
 
 /// Random number for a grid point, −1 to 1 (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
@@ -76,9 +76,9 @@ Bone read(const Json& json) {
   if (!(bone.lo.x < bone.hi.x && bone.lo.y < bone.hi.y && bone.lo.z < bone.hi.z))
     json["domain_mm"].fail("a lower corner below the upper one");
   const dvec3 size = (bone.hi - bone.lo) / bone.voxel;
-  if (size.x * size.y * size.z > kMostVoxels) {
+  if (size.x * size.y * size.z > kMaxVoxels) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
-                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
+                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
   }
   // In the scene, y points to the tongue, z up.
   dvec3 y = json["lingual"].vec3();

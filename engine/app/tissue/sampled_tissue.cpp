@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 // Sampling that is faster than this is not cached, ns.
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, largest total size of the cached files
+constexpr std::uintmax_t kMaxKept = 1u << 30;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -139,7 +139,7 @@ haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFile
   const Nanos began = now();
   haptics::DenseTissue dense = sample(tissue, files);
   if (key && (!mesh_files_of(tissue).empty() || now() - began > kWorthKeeping))
-    cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) { write(file, dense); });
+    cache::keep(in, *key, kSuffix, kMaxKept, [&](const fs::path& file) { write(file, dense); });
   return dense;
 }
 

@@ -30,9 +30,9 @@ using haptics::packing::CutSphere;
 
 constexpr std::size_t kGroup = 64;  // number of threads in a workgroup, as in the shaders
 // Largest number of workgroups. With more spheres than threads, each thread processes several spheres.
-constexpr std::size_t kMostGroups = 1024;
-constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
-constexpr std::size_t kLeastResults = 65536;
+constexpr std::size_t kMaxGroups = 1024;
+constexpr std::size_t kMaxBalls = 2048;  // largest number of spheres of a tool
+constexpr std::size_t kMinResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
 // Rounding error of a position, as a fraction of the tissue's extent: about a dozen roundings in single precision.
 constexpr double kRounding = 2e-6;
@@ -67,7 +67,7 @@ constexpr VkAccessFlags2 kShaderAccess = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | V
 class VulkanSpherePasses final : public haptics::SpherePasses {
  public:
   VulkanSpherePasses(const gpu::Device& device, std::size_t spheres)
-      : device_(device), count_(spheres), capacity_(std::max(kLeastResults, spheres / 4)) {
+      : device_(device), count_(spheres), capacity_(std::max(kMinResults, spheres / 4)) {
     try {
       create();
     } catch (...) {
@@ -81,7 +81,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
 
   std::string device() const override { return device_.name(); }
   std::size_t spheres() const noexcept override { return count_; }
-  std::size_t most_balls() const noexcept override { return kMostBalls; }
+  std::size_t max_balls() const noexcept override { return kMaxBalls; }
 
   bool load(std::span<const CutSphere> tissue, haptics::packing::Removal removal) noexcept override {
     if (tissue.size() != count_) return false;
@@ -142,9 +142,9 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     constexpr VkBufferUsageFlags kFilled = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     spheres_ = gpu::Buffer::create_local(device_, count_ * sizeof(CutSphere), kFilled);
     bounds_ = gpu::Buffer::create_local(device_, count_ * sizeof(glm::vec4), kFilled);
-    balls_ = gpu::Buffer::create(device_, kMostBalls * sizeof(Ball), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    balls_ = gpu::Buffer::create(device_, kMaxBalls * sizeof(Ball), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     results_ = gpu::Buffer::create_readback(
-        device_, std::max(sizeof(Head) + capacity_ * sizeof(SphereChange), kMostGroups * sizeof(Contact)),
+        device_, std::max(sizeof(Head) + capacity_ * sizeof(SphereChange), kMaxGroups * sizeof(Contact)),
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     staging_ = gpu::Buffer::create(device_, kStagingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
     std::uint32_t binding = 0;
@@ -210,7 +210,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   /// Uploads the tool's spheres. Bounds its motion by a sphere.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
-    if (!loaded_ || from.empty() || from.size() > kMostBalls) return false;
+    if (!loaded_ || from.empty() || from.size() > kMaxBalls) return false;
     auto* const to = balls_.mapped<Ball>();
     balls_put_ = static_cast<std::uint32_t>(from.size());
     dvec3 lo(1e300), hi(-1e300);
@@ -238,7 +238,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
 
   /// Runs one pass and waits for its end. Returns the number of workgroups; 0: failed.
   std::size_t run(Kind kind) noexcept {
-    const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMostGroups);
+    const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMaxGroups);
     const Pass pass{around_,
                     {origin_.x, origin_.y, origin_.z},
                     static_cast<float>(slack_),

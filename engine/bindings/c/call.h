@@ -123,11 +123,11 @@ inline void require(bool holds, const char* text) {
 }
 
 // Largest size of a struct in any version, bytes.
-constexpr std::uint32_t kLargestStruct = 4096;
+constexpr std::uint32_t kMaxStruct = 4096;
 /// True if a struct of the host has an allowed size; the host may use another version. `first`: size in the first
 /// release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
-  return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
+  return struct_size >= first && struct_size <= kMaxStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 

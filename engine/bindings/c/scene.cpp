@@ -16,9 +16,9 @@ void give_scene(Scene scene, const char* model, typodont_scene** out) {
   *out = make_handle<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
 }
 
-constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, as for `typodont servo --rate`
+constexpr double kMinRate = 10, kMaxRate = 100'000;  // Hz, as for `typodont servo --rate`
 void require_rate(double rate) {
-  require(rate >= kLeastRate && rate <= kMostRate, "rate: expected 10 to 100000 Hz");
+  require(rate >= kMinRate && rate <= kMaxRate, "rate: expected 10 to 100000 Hz");
 }
 
 bool finite(const double* v, int n) {

@@ -100,8 +100,8 @@ double mean_air_speed(double strength, double distance, double dt) noexcept {
 
 double drag_factor(double reynolds) noexcept {
   static const DragTable table;
-  constexpr double kLeast = 1.0 / (1 << -DragTable::kLow);
-  if (reynolds < kLeast || reynolds >= 1000) {
+  constexpr double kMin = 1.0 / (1 << -DragTable::kLow);
+  if (reynolds < kMin || reynolds >= 1000) {
     return reynolds < 1000 ? schiller_naumann(reynolds) : 0.44 * reynolds / 24;
   }
   // Reads the exponent and the mantissa of the Reynolds number from its bits.

@@ -272,9 +272,9 @@ class OpenXrHmd final : public Hmd {
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
       // Recommended size × `resolution`, within limits of headset and runtime.
-      const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
+      const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_max) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
-        const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
+        const std::uint32_t limit = std::min(most ? most : wanted, system_max ? system_max : wanted);
         return static_cast<int>(std::clamp<std::uint32_t>(wanted, 1, std::max(1u, limit)));
       };
       const XrSystemGraphicsProperties& g = properties.graphicsProperties;

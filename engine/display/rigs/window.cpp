@@ -272,7 +272,7 @@ class Window final : public Output {
 
   /// Limits the frame rate, because some desktops (Xvfb) do not wait for the screen.
   void limit_frame_rate() {
-    const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
+    const Nanos period = from_seconds(1.0 / std::max(options_.max_frames_per_second, 1.0));
     const Nanos t = now();
     if (t < next_) std::this_thread::sleep_for(std::chrono::nanoseconds(next_ - t));
     next_ = std::max(next_, t) + period;

@@ -41,7 +41,7 @@ struct Row {
       fail(what, fmt::format("a quaternion of length {:g}", norm), "a unit quaternion");
   }
   void volumes(std::string_view what, const PerTissue& volumes) const {
-    for (const double v : volumes) within(what, v, -kLimits.largest_volume, kLimits.largest_volume);
+    for (const double v : volumes) within(what, v, -kLimits.max_volume, kLimits.max_volume);
   }
   void tool(std::uint32_t tool, std::size_t tools) const {
     if (tool >= tools) fail("tool", std::to_string(tool), fmt::format("one of the session's {} tools", tools));
@@ -63,7 +63,7 @@ void check_header(const std::string& file, const SessionHeader& header) {
   within("servo_rate_Hz", header.servo_rate, kLimits.lowest_rate, kLimits.highest_rate);
   within("voxel_mm", header.voxel * 1e3, 0, 10);
   for (const double v : header.volumes_before)
-    within("header/volumes_before_mm3", v * 1e9, 0, kLimits.largest_volume * 1e9);
+    within("header/volumes_before_mm3", v * 1e9, 0, kLimits.max_volume * 1e9);
 }
 
 void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std::uint64_t first, std::size_t tools) {
@@ -73,8 +73,8 @@ void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std:
     if (i > 0) row.after("index", tick.index, ticks[i - 1].index);
     row.time(tick.t);
     row.pose("tool_*", tick.X_WG, kLimits.farthest);
-    row.vector("force_*_N", tick.f_T_W, kLimits.greatest_force);
-    row.vector("torque_*_Nmm", tick.tau_T_W, kLimits.greatest_force);
+    row.vector("force_*_N", tick.f_T_W, kLimits.max_force);
+    row.vector("torque_*_Nmm", tick.tau_T_W, kLimits.max_force);
     row.vector("normal_*", tick.n_C_W, 1 + kUnitTolerance);
     row.within("contact_area_mm2", tick.contact_area * 1e6, 0, 1e6);
     row.volumes("removed_*_mm3", tick.removed);
@@ -99,7 +99,7 @@ void check_cuts(const std::string& file, std::span<const Cut> cuts, std::size_t 
     row.volumes("removed_*_m3", cut.removed);
     row.vector("normal_*", cut.n_C_W, 1 + kUnitTolerance);
     row.within("spindle_rad_per_s", std::abs(cut.spindle), 0, kLimits.fastest_spindle);
-    row.within("fill_radius_m", cut.fill_radius, 0, kLimits.largest_fill);
+    row.within("fill_radius_m", cut.fill_radius, 0, kLimits.max_fill);
   }
 }
 

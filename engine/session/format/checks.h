@@ -20,13 +20,13 @@ struct RecordingLimits {
   double farthest_cut = 10;  // m, largest distance of a cut from the origin; real cuts are near the tissue
   // Largest length of a cut in one tick, m. A real cut is inside the patch, which is smaller.
   double longest_cut = 0.05;
-  double largest_fill = 6e-3;                  // m, largest radius of a filled ball; real tools have at most 5 mm
-  double greatest_force = 1e3;                 // N, largest force that a recording may contain
+  double max_fill = 6e-3;                      // m, largest radius of a filled ball; real tools have at most 5 mm
+  double max_force = 1e3;                      // N, largest force that a recording may contain
   double fastest_spindle = 1e6;                // rad/s, largest rotation speed of the spindle
-  double largest_volume = 1;                   // m³, largest volume that a recording may contain
+  double max_volume = 1;                       // m³, largest volume that a recording may contain
   double lowest_rate = 1, highest_rate = 1e5;  // Hz, smallest and largest rate of the servo
-  std::uint64_t most_ticks = 864'000'000;      // ticks of a day at 10 kHz
-  std::uint64_t most_rows_bytes = 4ull << 30;  // bytes, largest table that is kept in memory
+  std::uint64_t max_ticks = 864'000'000;       // ticks of a day at 10 kHz
+  std::uint64_t max_rows_bytes = 4ull << 30;   // bytes, largest table that is kept in memory
 };
 inline constexpr RecordingLimits kRecordingLimits;
 

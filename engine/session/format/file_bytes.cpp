@@ -48,7 +48,7 @@ FileBytes::FileBytes(const std::filesystem::path& file) : file_(file) {
   if (fd_ < 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   struct stat info {};
   if (::fstat(fd_, &info) != 0 || !S_ISREG(info.st_mode) ||
-      static_cast<std::uint64_t>(info.st_size) > largest_input(InputKind::kSession)) {
+      static_cast<std::uint64_t>(info.st_size) > max_input(InputKind::kSession)) {
     ::close(fd_);
     throw Error(file.string(), "", "a file that is replaced while it is opened", "a session (.h5)");
   }

@@ -49,7 +49,7 @@ std::string h5_reason() {
 
 namespace {
 
-constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, largest size of a chunk
+constexpr hsize_t kMaxChunk = 16u << 20;             // bytes, largest size of a chunk
 constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, largest length of an attribute
 
 /// Opens the groups of the path one by one, because every name must be a hard link.
@@ -113,8 +113,8 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     throw Error(file, path, "another shape", "one row per entry");
   if (layout == H5D_CHUNKED) {
     hsize_t chunk = 0;
-    if (H5Pget_chunk(properties.get(), 1, &chunk) != 1 || chunk == 0 || chunk > kLargestChunk / size)
-      throw Error(file, path, "chunks of another size", fmt::format("chunks of up to {} bytes", kLargestChunk));
+    if (H5Pget_chunk(properties.get(), 1, &chunk) != 1 || chunk == 0 || chunk > kMaxChunk / size)
+      throw Error(file, path, "chunks of another size", fmt::format("chunks of up to {} bytes", kMaxChunk));
     if (H5Dget_storage_size(dataset.get()) > in_file)
       throw Error(file, path, "more bytes than the file has", "an intact file");
   } else if (static_cast<hsize_t>(cells) > in_file / size) {

@@ -30,9 +30,9 @@ struct Header {
   std::uint64_t bytes = 0;                   // size of all changes in the journal
   std::uint64_t checksum = 0;                // FNV-1a hash of all members above and of the changes
 };
-constexpr std::uint64_t kLargestSurplus = 64u << 20;  // bytes by which all changes together may exceed the file
-constexpr std::uint64_t kLargestHole = 1u << 20;      // bytes that HDF5 may allocate without writing them yet
-constexpr std::size_t kIdentityWithin = 1u << 20;     // bytes at a recording's beginning that contain its identity
+constexpr std::uint64_t kMaxSurplus = 64u << 20;   // bytes by which all changes together may exceed the file
+constexpr std::uint64_t kMaxHole = 1u << 20;       // bytes that HDF5 may allocate without writing them yet
+constexpr std::size_t kIdentityWithin = 1u << 20;  // bytes at a recording's beginning that contain its identity
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
   const auto* from = static_cast<const char*>(bytes);
@@ -288,9 +288,9 @@ std::vector<Change> read_changes(int fd, const FileBytes& file) {
   Header header;
   struct stat info {};
   if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode) || !read_all(fd, &header, sizeof header, 0) ||
-      header.magic != kMagic || header.bytes > file.size() + kLargestSurplus ||
+      header.magic != kMagic || header.bytes > file.size() + kMaxSurplus ||
       sizeof header + header.bytes > static_cast<std::uint64_t>(info.st_size) || file.size() < header.old_length ||
-      file.size() > header.length || header.length - header.old_length > header.bytes + kLargestHole ||
+      file.size() > header.length || header.length - header.old_length > header.bytes + kMaxHole ||
       !contains_identity(file, header.recording))
     return {};
   std::vector<std::byte> all(header.bytes);

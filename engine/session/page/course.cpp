@@ -69,7 +69,7 @@ Course course_of(const SessionReader& session) {
       force.add(bin, glm::length(tick.f_T_W));
       depth.add(bin, tick.depth * 1e3);
       spindle.add(bin, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
-      c.most_spindle = std::max(c.most_spindle, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
+      c.max_spindle = std::max(c.max_spindle, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
       if (!moved_from || tick.t - moved_from->t >= kSpeedOver) {
         if (moved_from)
           speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));

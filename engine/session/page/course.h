@@ -18,7 +18,7 @@ struct Course {
   std::uint64_t count = 0;
   // Plotted series, in N, mm/s, krpm, mm and mm³.
   Series force, speed, spindle, depth, removed;
-  double most_spindle = 0;  // krpm, highest spindle speed in the session
+  double max_spindle = 0;  // krpm, highest spindle speed in the session
   // For each bin and tissue: number of ticks in which the head touched it.
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {

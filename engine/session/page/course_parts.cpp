@@ -14,7 +14,7 @@ namespace typodont::session {
 namespace {
 
 constexpr std::size_t kTableBins = 12;  // number of rows in the table beside a plot
-constexpr std::size_t kMostEvents = 200;
+constexpr std::size_t kMaxEvents = 200;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::string Page::event_text(const SessionEvent& event) const {
 std::vector<TimePlot::Mark> Page::marks() const {
   std::vector<TimePlot::Mark> result;
   for (const SessionEvent& e : session_.events()) {
-    if (result.size() == kMostEvents) break;
+    if (result.size() == kMaxEvents) break;
     const std::string kind(name_of(e.kind));
     result.push_back({to_seconds(e.t), fmt::format("{}: {}", say("event." + kind), event_text(e)), kind});
   }
@@ -79,20 +79,19 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
   for (std::size_t r = 0; r < rows; ++r) {
     const std::size_t from = r * bins / rows, to = (r + 1) * bins / rows;
-    double row_sum = 0, row_greatest = 0;
+    double row_sum = 0, row_max = 0;
     std::size_t row_n = 0;
     for (std::size_t i = from; i < to; ++i) {
       if (std::isnan(s.mean[i])) continue;
       row_sum += s.mean[i];
-      row_greatest = std::max(row_greatest, s.greatest[i]);
+      row_max = std::max(row_max, s.greatest[i]);
       ++row_n;
     }
     const auto t_of = [&](std::size_t bin) {
       return course_.t0 + (course_.t1 - course_.t0) * static_cast<double>(bin) / static_cast<double>(bins);
     };
     put("<tr><th scope=\"row\">{}–{}</th><td>{}</td><td>{}</td></tr>", number(t_of(from), 1), number(t_of(to), 1),
-        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–",
-        row_n ? number(row_greatest, decimals) : "–");
+        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–", row_n ? number(row_max, decimals) : "–");
   }
   put("</tbody></table></details>\n");
 }
@@ -104,7 +103,7 @@ void Page::over_time() {
   plot("force", "force", "N", course_.force, 2);
   touched();
   plot("speed", "speed", "mm/s", course_.speed, 1, "speed_note");
-  if (course_.most_spindle > 0) plot("spindle", "spindle", "krpm", course_.spindle, 0);
+  if (course_.max_spindle > 0) plot("spindle", "spindle", "krpm", course_.spindle, 0);
   plot("depth", "depth", "mm", course_.depth, 3, "depth_note");
   plot("removed_course", "removed", "mm³", course_.removed, 2);
   if (options_.input && options_.input->heat) {
@@ -337,12 +336,12 @@ void Page::events() {
       "class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
       say("events"), say("when"), say("what"));
-  for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {
+  for (std::size_t i = 0; i < std::min(all.size(), kMaxEvents); ++i) {
     put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
         say(fmt::format("event.{}", name_of(all[i].kind))), escaped(event_text(all[i])));
   }
   put("</tbody></table></div>\n");
-  if (all.size() > kMostEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMostEvents));
+  if (all.size() > kMaxEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMaxEvents));
   put("</section>\n");
 }
 

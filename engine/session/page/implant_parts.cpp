@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s; notes shown for less than this are not reported
+constexpr double kMinNoted = 0.05;  // s; notes shown for less than this are not reported
 
 }  // namespace
 
@@ -32,7 +32,7 @@ void Page::implant() {
     const ImplantPhaseMeasures& phase = m.phases[i];
     std::string notes;
     for (std::size_t n = 1; n < phase.noted.size(); ++n) {
-      if (phase.noted[n] < kLeastNoted) continue;
+      if (phase.noted[n] < kMinNoted) continue;
       notes += fmt::format("{}{} ({} s)", notes.empty() ? "" : ", ",
                            say(fmt::format("implant.note.{}", name_of(static_cast<ImplantNote>(n)))),
                            number(phase.noted[n], 1));

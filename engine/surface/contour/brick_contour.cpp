@@ -30,8 +30,8 @@ constexpr float kSmoothSpread = 0.008f;
 constexpr float kGentleCosine = 0.44f;
 // a block of side s on curvature κ has an error of at most kSag·s²κ (smooth_vertices.cpp)
 constexpr float kSag = 0.18f;
-// positions' variance / side² below which greatest_curvature() lacks data
-constexpr float kLeastSpread = 4e-3f;
+// positions' variance / side² below which max_curvature() lacks data
+constexpr float kMinSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex from its cell
 // Voxels beyond the tolerance that a block's vertex may lie from the field's surface. Blocks with a larger distance are
@@ -224,7 +224,7 @@ constexpr std::array<int, 12> kEdgeNumber = [] {
   return out;
 }();
 // largest number of crossed edges along one axis
-constexpr int kMostEdges = kCells * kCorners * kCorners;
+constexpr int kMaxEdges = kCells * kCorners * kCorners;
 
 }  // namespace
 
@@ -240,9 +240,9 @@ struct Contourer::Scratch {
   const CellShapes& shapes = CellShapes::get();
   std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y): solid
   std::uint16_t crossing_at[3 * kCornerCount];  // for each crossed edge's number: index of its crossing
-  // The crossed edges along axis a start at a·kMostEdges.
-  std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMostEdges);
-  std::vector<Crossing> crossings = std::vector<Crossing>(3 * kMostEdges);
+  // The crossed edges along axis a start at a·kMaxEdges.
+  std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMaxEdges);
+  std::vector<Crossing> crossings = std::vector<Crossing>(3 * kMaxEdges);
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // level 0: one node per patch; higher levels: one per merged block
   std::vector<Moments> moments[kLevels];       // one entry per node; empty if blocks are not merged
@@ -327,7 +327,7 @@ bool Contourer::Scratch::read_signs() {
 // Finds the edges that the surface crosses. Those whose base lies in this brick become polygons (`edges`).
 void Contourer::Scratch::find_crossings() {
   edges.clear();
-  int next[3] = {0, kMostEdges, 2 * kMostEdges};
+  int next[3] = {0, kMaxEdges, 2 * kMaxEdges};
   const auto find = [&](int axis, int x, int y, std::uint32_t crossed, std::uint32_t bits) {
     for (; crossed; crossed &= crossed - 1) {
       const int z = std::countr_zero(crossed), number = next[axis]++;
@@ -350,7 +350,7 @@ void Contourer::Scratch::find_crossings() {
     }
   }
   for (int axis = 0; axis < 3; ++axis) {
-    const auto first = static_cast<std::size_t>(axis * kMostEdges), end = static_cast<std::size_t>(next[axis]);
+    const auto first = static_cast<std::size_t>(axis * kMaxEdges), end = static_cast<std::size_t>(next[axis]);
     cross_edges(brick->distance.data(), kStride, axis, {grid_edges.data() + first, grid_edges.data() + end},
                 crossings.data() + first);
   }
@@ -549,7 +549,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     } else {
       const float bound = tolerance / (kSag * side * side);
       if (std::abs(node.sums.curvatures()) > bound * node.sums.count()) continue;
-      if (greatest_curvature(sums, kLeastSpread * side * side) > bound) continue;
+      if (max_curvature(sums, kMinSpread * side * side) > bound) continue;
       node.position = centre + smooth_vertex(node.sums, side);
     }
     const float off = std::abs(field_at(brick->distance.data(), node.position));

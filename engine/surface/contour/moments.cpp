@@ -4,7 +4,7 @@
 
 namespace typodont::surface {
 
-float greatest_curvature(const Moments& moments, float least) {
+float max_curvature(const Moments& moments, float least) {
   const CrossingSums sums = moments.sums();
   const float w = 1 / sums.count(), mean_curvature = sums.curvatures() * w;
   const glm::vec3 x = sums.points() * w, n = sums.normals() * w;

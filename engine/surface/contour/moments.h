@@ -70,6 +70,6 @@ struct Moments {
 
 /// Returns the largest curvature, from the change of normals. Where the variance of the points is below `least`, the
 /// mean curvature of the crossings is used.
-float greatest_curvature(const Moments& moments, float least);
+float max_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

@@ -245,7 +245,7 @@ TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t
               slowness = task.slowness;
   const float unit = task.hardness != nullptr ? static_cast<float>(1.0 / kOwnHardness) : 0,
               own = task.hardness != nullptr ? 0 : 1;
-  const float most = static_cast<float>(law.greatest_grey);
+  const float most = static_cast<float>(law.max_grey);
   const Flag cuts = law.cuts ? 1 : 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
     const float close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
@@ -320,7 +320,7 @@ TYPODONT_INLINE void look_at_all(const Task& task, EndLook& look) {
     look.tissue[t] = tissue[t].total(), look.hardness[t] = hardness[t].total();
   }
   look.engaged = engaged.total();
-  look.greatest_grey = static_cast<double>(*std::max_element(grey, grey + kBlock));
+  look.max_grey = static_cast<double>(*std::max_element(grey, grey + kBlock));
   look.wrench.force.z = drag.total() / task.law.thrust_ratio;
   look.wrench.torque.z = task.law.speed < 0 ? turning.total() : -turning.total();
 }

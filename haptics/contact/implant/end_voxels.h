@@ -40,9 +40,9 @@ struct EndLaw {
   double voxel = 0;  // m, voxel size of the patch
   // m from the axis; within it, a voxel that cannot cut stops the tool
   double width = 0;
-  bool cuts = false;         // false: the tool cannot cut, for example at rest
-  double greatest_grey = 0;  // Hounsfield units, densest bone that can be cut
-  double speed = 0;          // rad/s, speed of the spindle
+  bool cuts = false;    // false: the tool cannot cut, for example at rest
+  double max_grey = 0;  // Hounsfield units, densest bone that can be cut
+  double speed = 0;     // rad/s, speed of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
   // Hounsfield units; the grey value is grey + grey_per_hardness · hardness.
@@ -56,9 +56,9 @@ struct EndLook {
   double engaged = 0;    // m², area of the end in contact
   // m², area of blocked voxels: num_cd of Zhao 2020
   double collided = 0;
-  double greatest_grey = 0;  // Hounsfield units, largest grey value in contact
-  PerTissue tissue{};        // m², `engaged` for each tissue
-  PerTissue hardness{};      // m² × hardness, for each tissue
+  double max_grey = 0;   // Hounsfield units, largest grey value in contact
+  PerTissue tissue{};    // m², `engaged` for each tissue
+  PerTissue hardness{};  // m² × hardness, for each tissue
 };
 
 /// Sums the cutting law over the end, and finds obstacles ahead. `center_V`: head's centre, voxels. The patch must

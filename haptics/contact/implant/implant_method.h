@@ -42,7 +42,7 @@ struct Parameters {
   double enter_force = 0.3;
   // m outside the entry, where the tool leaves the bed
   double leave = 0.3e-3;
-  double least_depth = 0.5e-3;  // m; a shallower hole is not a bed
+  double min_depth = 0.5e-3;  // m; a shallower hole is not a bed
   // Parameters of the motion in a bed.
   double mass = 0;              // kg (Zhao 2020, eq. 5); 0: no inertia
   double turn_stiffness = 1.0;  // N·m/rad, spring that turns the tool to the bed's axis

@@ -10,7 +10,7 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
+constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
 // m of the tip from the axis; farther away, the tool does not cut
 constexpr double kAtPlace = 2e-6;
 // Cosine of force and axis above which the tip touches.
@@ -35,7 +35,7 @@ double turn_about(const dvec3& axis, const dquat& from, const dquat& to) {
 
 ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& parameters)
     : OffsetModel(settings), parameters_(parameters), beds_(parameters.beds) {
-  beds_.reserve(kMostBeds);
+  beds_.reserve(kMaxBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
     ends_.emplace_back(voxels_.back(), voxel());
@@ -101,7 +101,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
 
 /// Returns true if the spindle rotates forward, as cutting requires.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
-  return in.cuts && in.spindle > kLeastSpindleSpeed;
+  return in.cuts && in.spindle > kMinSpindleSpeed;
 }
 
 bool ImplantModel::patch_holds(const dvec3& p_W) const noexcept {
@@ -123,7 +123,7 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   // One voxel less than the radius, so that the wall of an equally wide bed is not an obstacle.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
-  law.greatest_grey = implant.greatest_grey;
+  law.max_grey = implant.max_grey;
   law.speed = speed;
   law.thrust_ratio = implant.thrust_ratio;
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
@@ -168,9 +168,9 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
   const dvec3 turn = rotation_vector(dquat(1, 0, 0, 0), turn_);
-  const double angle = glm::length(turn), most_turn = parameters_.turn_slew * in.dt;
-  turn_ = angle > most_turn ? glm::angleAxis(angle - most_turn, turn / angle) : dquat(1, 0, 0, 0);
-  blended_ = offset_ != dvec3(0) || angle > most_turn;
+  const double angle = glm::length(turn), max_turn = parameters_.turn_slew * in.dt;
+  turn_ = angle > max_turn ? glm::angleAxis(angle - max_turn, turn / angle) : dquat(1, 0, 0, 0);
+  blended_ = offset_ != dvec3(0) || angle > max_turn;
   out.p_WG = state.p + offset_;
   out.holds_turn = in_bed_ || blended_;
   if (out.holds_turn) {
@@ -212,7 +212,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   const double radius = implant.threaded() ? implant.core_diameter / 2 : tool().radius();
   BedCriteria met;
   met.pushed = out.touching && force > parameters_.enter_force;
-  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kLeastSpindleSpeed;
+  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kMinSpindleSpeed;
   for (std::size_t i = 0; i < beds_.size(); ++i) {
     const Bed& bed = beds_[i];
     if (bed.bore != (implant.kind == ImplantToolKind::kScrew)) continue;
@@ -229,7 +229,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
-    if (depth < parameters_.least_depth) continue;
+    if (depth < parameters_.min_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
     // Starts from the last tick's pose, because the current pose may have jumped at the rim.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
@@ -239,8 +239,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   const bool on_tip = push > 0 && glm::dot(in.X_WT.p - out.p_WG, axis) > kTipContactCosine * push;
   bool can_begin = implant.kind == ImplantToolKind::kDrill && implant.centre_ability > 0 && tool_cuts(in) && on_tip;
   if (decide({false, false, false, met.pushed}, can_begin) != BedDecision::kBeginBed) return false;
-  if (beds_.size() >= kMostBeds || !patch_holds(out.p_WG)) return false;
-  can_begin = look_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).greatest_grey <= implant.greatest_grey;
+  if (beds_.size() >= kMaxBeds || !patch_holds(out.p_WG)) return false;
+  can_begin = look_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).max_grey <= implant.max_grey;
   if (!can_begin) return false;
   beds_.push_back({tip, axis, 0, radius, 0, false});
   begin_bed_motion(beds_.size() - 1, 0, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
@@ -268,7 +268,7 @@ void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   OffsetModel::release();
   turn_ = glm::normalize(last_.R * glm::conjugate(in.X_WT.R));
   blended_ = switched_ = true;
-  if (!beds_[bed_].bore && beds_[bed_].depth < parameters_.least_depth && bed_ + 1 == beds_.size() &&
+  if (!beds_[bed_].bore && beds_[bed_].depth < parameters_.min_depth && bed_ + 1 == beds_.size() &&
       beds_.size() > parameters_.beds.size()) {
     beds_.pop_back();
   }
@@ -417,7 +417,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
              {X_WG, X_WG, tool_, false, tool().radius(), {}});
     const ImplantTool& implant = *tool().implant;
     const Bed& bed = beds_[bed_];
-    if (implant.bore_depth > 0 && beds_.size() < kMostBeds) {
+    if (implant.bore_depth > 0 && beds_.size() < kMaxBeds) {
       beds_.push_back({bed.entry_W + (tip_ - tool().length) * bed.axis_W, bed.axis_W, implant.bore_depth,
                        implant.bore_diameter / 2, 0, true});
     }

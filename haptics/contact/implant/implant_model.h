@@ -84,7 +84,7 @@ class ImplantModel final : public offset::OffsetModel {
   // directions around the tool's axis, frame T
   std::array<dvec3, 12> around_thread_;
   std::vector<Bed> beds_;
-  static constexpr std::size_t kMostBeds = 64;
+  static constexpr std::size_t kMaxBeds = 64;
 
   bool in_bed_ = false;
   bool easing_ = false;  // true: the tool is in a bed, but not yet at the hand

@@ -22,9 +22,9 @@ constexpr std::array<std::pair<ImplantToolKind, std::string_view>, 6> kKinds = {
 }};
 constexpr double kRpm = 2 * kPi / 60;       // rad/s, one revolution per minute
 constexpr double kNewtonCentimetre = 1e-2;  // N·m, one newton centimetre
-constexpr double kMostGrey = 1e5;           // Hounsfield units, largest value that a file may state
+constexpr double kMaxGrey = 1e5;            // Hounsfield units, largest value that a file may state
 // rpm, largest value that a file may state; far above real motors
-constexpr double kMostSpeed = 5000;
+constexpr double kMaxSpeed = 5000;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ ImplantTool read_implant_tool(const Json& json, double diameter, double length) 
   if (drills && tool.kind == ImplantToolKind::kGauge) json["ability"].fail("none for a gauge: it only measures");
   if (!drills && (tool.kind == ImplantToolKind::kDrill || tool.kind == ImplantToolKind::kRound))
     json.fail("no ability to cut", "\"ability\" above 0 for a drill or a round bur");
-  tool.greatest_grey = json.number_or("greatest_grey_HU", kMostGrey, 0, kMostGrey);
+  tool.max_grey = json.number_or("greatest_grey_HU", kMaxGrey, 0, kMaxGrey);
   tool.thrust_ratio = json.number_or("thrust_ratio", 1, 0.01, 1000);
   if (const auto thread = json.find("thread")) {
     thread->allow_only({"pitch_mm", "core_mm"});
@@ -69,13 +69,13 @@ ImplantTool read_implant_tool(const Json& json, double diameter, double length) 
     tool.bore_diameter = (*bore)["diameter_mm"].number(0.2, diameter / kMillimetre) * kMillimetre;
     tool.bore_depth = (*bore)["depth_mm"].number(0.5, length / kMillimetre) * kMillimetre;
   }
-  tool.speed = json.number_or("speed_rpm", 0, 0, kMostSpeed) * kRpm;
-  tool.top_speed = json.number_or("top_speed_rpm", 0, 0, kMostSpeed) * kRpm;
+  tool.speed = json.number_or("speed_rpm", 0, 0, kMaxSpeed) * kRpm;
+  tool.top_speed = json.number_or("top_speed_rpm", 0, 0, kMaxSpeed) * kRpm;
   if (tool.top_speed > 0 && tool.top_speed < tool.speed) json["top_speed_rpm"].fail("at least speed_rpm");
   tool.by_hand = json.boolean_or("by_hand", false);
   if (tool.by_hand && !tool.threaded()) json["by_hand"].fail("false for a tool without a thread");
   tool.irrigated = json.boolean_or("irrigated", false);
-  tool.greatest_torque = json.number_or("greatest_torque_Ncm", 0, 0, 500) * kNewtonCentimetre;
+  tool.max_torque = json.number_or("greatest_torque_Ncm", 0, 0, 500) * kNewtonCentimetre;
   if (const auto marks = json.find("marks_mm")) {
     double last = 0;
     for (const Json& mark : marks->items()) {

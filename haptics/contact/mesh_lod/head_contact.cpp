@@ -15,7 +15,7 @@ constexpr double kSlack = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list is begun
 constexpr double kAhead = 0.4;
 // largest effort per tick for the next list (faces, points)
-constexpr int kMostListed = 600;
+constexpr int kMaxListed = 600;
 constexpr double kLiftReach = 2e-3;  // m, distance within which the surface is searched from inside
 
 }  // namespace
@@ -52,11 +52,11 @@ void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
     }
     return;
   }
-  if (lister_.work(grid, head_, next_, kMostListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
+  if (lister_.work(grid, head_, next_, kMaxListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
 }
 
 /// Smallest distance of a contact point from a head with its centre at c, m.
-double HeadContact::least_distance(const dvec3& c) noexcept {
+double HeadContact::min_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = list_.margin - moved_since(list_, c);
   const mesh::NearPoints& points = list_.points;
@@ -81,7 +81,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
     return false;
   }
   list_where_needed(grid, p);
-  return least_distance(p) > -kSlack * head_.radius() - kOverlap;
+  return min_distance(p) > -kSlack * head_.radius() - kOverlap;
 }
 
 void HeadContact::map_to(const TriangleGrid& grid) noexcept {
@@ -108,7 +108,7 @@ void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) 
 
 double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept {
   list_where_needed(grid, p);
-  return std::min(most, least_distance(p));
+  return std::min(most, min_distance(p));
 }
 
 PerTissue HeadContact::engaged_area(const TriangleGrid&, const dvec3& way) noexcept {

@@ -43,7 +43,7 @@ class HeadContact final : public SurfaceContact {
   double moved_since(const HeadPoints& list, const dvec3& c) const noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_ahead(const TriangleGrid& grid) noexcept;
-  double least_distance(const dvec3& c) noexcept;
+  double min_distance(const dvec3& c) noexcept;
 
   vertex::VertexHead head_;
   dquat R_WT_{1, 0, 0, 0};

@@ -10,7 +10,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr long long kFewestVertices = 16, kMostVertices = 2'000'000;
+constexpr long long kFewestVertices = 16, kMaxVertices = 2'000'000;
 
 class MeshLodMethod final : public ContactMethod {
  public:
@@ -36,9 +36,9 @@ SharedContactMethod read(const std::optional<Json>& json) {
   json->allow_only(
       {"vertices", "levels", "switch_mm_s", "hysteresis", "mapping", "ramp_N_per_s", "wall_limit_N", "as_printed"});
   if (const auto n = json->find("vertices"))
-    p.levels.vertices = static_cast<std::size_t>(n->integer(kFewestVertices, kMostVertices));
+    p.levels.vertices = static_cast<std::size_t>(n->integer(kFewestVertices, kMaxVertices));
   if (const auto levels = json->find("levels")) {
-    long long most = kMostVertices;
+    long long most = kMaxVertices;
     for (const Json& level : levels->items()) {
       const long long count = level.integer(kFewestVertices);
       if (count > most) level.fail("no more vertices than the level before");

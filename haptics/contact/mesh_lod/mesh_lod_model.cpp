@@ -18,19 +18,19 @@ constexpr double kSpeedTime = 20e-3;               // s, time constant of the fi
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a tool without contact
 // m; the nearest face up to here gives a point's tissue
 constexpr double kNearby = 0.2e-3;
-constexpr double kLeastStep = 1e-9;  // m, smaller steps of a cut are skipped
+constexpr double kMinStep = 1e-9;  // m, smaller steps of a cut are skipped
 // weight of each new measurement of measured / estimated volume
 constexpr double kMeasuredShare = 0.3;
 // While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur: overlap of
 // head and faces; distance that the bur may cut without a new snapshot.
-constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
+constexpr double kMaxSunk = 0.5, kMaxSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
 // smallest and largest ratio of measured to estimated removed volume
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;
+constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
 // m, a shorter offset_ counts as zero
 constexpr double kNoOffset = 1e-12;
 // smallest stiffness of a tissue / stiffness in ServoSettings
-constexpr double kLeastStiffness = 1e-3;
+constexpr double kMinStiffness = 1e-3;
 constexpr double kEase = 15;  // N/s, largest rate of a bur's force with resting hand
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
@@ -100,7 +100,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       removed[t] = edited ? fresh.removed[t] : std::max(removed[t], fresh.removed[t]);
     }
     if (estimated > 0 && !edited) {
-      const double ratio = std::clamp(measured / estimated * measured_, kLeastMeasured, kMostMeasured);
+      const double ratio = std::clamp(measured / estimated * measured_, kMinMeasured, kMaxMeasured);
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
@@ -245,7 +245,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
       std::any_of(&point().hold(0), &point().hold(0) + point().count(), [](const Hold& hold) { return hold.wall; });
   const double size = glm::length(offset_);
   if (size > kNoOffset) {
-    const double stiffness = settings_.stiffness * std::max({in.relative_stiffness, wall_stiffness_, kLeastStiffness});
+    const double stiffness = settings_.stiffness * std::max({in.relative_stiffness, wall_stiffness_, kMinStiffness});
     offset_ *= std::max(0.0, 1 - parameters_.ramp * in.dt / (stiffness * size));
     if (offset_ != dvec3(0)) return;
   }
@@ -269,9 +269,9 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
 /// Returns true if the faces of the snapshot can still stop the head at `to`: the head's axis has not passed them.
 /// Without this test, a bur could pass all faces if no new snapshot arrives.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
-  const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
+  const double most = kMaxSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;
-  return sunk <= kMostSunkAlong * point().radius() && point().clearance(finest(), to, 0) >= -most;
+  return sunk <= kMaxSunkAlong * point().radius() && point().clearance(finest(), to, 0) >= -most;
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
@@ -296,7 +296,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
   // The budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
   const double step = std::min({left, paid, kFastestCut * in.dt});
-  if (!(step > kLeastStep)) return false;
+  if (!(step > kMinStep)) return false;
   const dvec3 to = c + step / left * way;
   if (!may_sink_to(to)) return false;
   PerTissue removed{};

@@ -11,7 +11,7 @@ class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
   // Small limits, because planes of neighbouring faces may be nearly parallel (ActiveSetLimits).
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
+  static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-10, .min_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
 

@@ -12,19 +12,19 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // largest number of iterations per follow()
-constexpr double kStays = 1e-11;      // m, shorter steps end the iteration
-constexpr double kLeastReach = 5e-6;  // m from the ball, smallest search distance for faces
+constexpr int kMaxIterations = 24;  // largest number of iterations per follow()
+constexpr double kStays = 1e-11;    // m, shorter steps end the iteration
+constexpr double kMinReach = 5e-6;  // m from the ball, smallest search distance for faces
 // m, largest search distance; longer motions are divided
-constexpr double kMostReach = 0.3e-3;
+constexpr double kMaxReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // search distance / expected motion
 // m, largest motion for which the collected faces are valid; also limited by the width of a cell
-constexpr double kMostKept = 0.3e-3;
+constexpr double kMaxKept = 0.3e-3;
 // Search distance in radii, while cutting or while cut faces remain.
 constexpr double kReachInCut = 0.5;
 // Motion in radii for which collected faces are valid, while cutting or while cut faces remain.
 constexpr double kKeptInCut = 0.15;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of kReachInCut × radius
+constexpr double kMinInCut = 50e-6;  // m, lower limit of kReachInCut × radius
 // next search distance / last step; below 1, because steps become shorter
 constexpr double kNextReach = 0.25;
 // collected faces with the same effort as one tested face
@@ -35,9 +35,9 @@ constexpr double kBelow = 1e-11;
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m that the point keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance after a change of the mesh
-constexpr int kMostLifts = 16;
+constexpr int kMaxLifts = 16;
 // round_edge() extends a step only if the cosine between the normal and the direction to the hand is larger
-constexpr double kLeastAlong = 0.3;
+constexpr double kMinAlong = 0.3;
 // m; if the point is nearer to a face, the face's normal gives the direction
 constexpr double kNoDirection = 1e-13;
 
@@ -187,7 +187,7 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
 
 /// Moves the ball to the nearest surface on the side of n, until it overlaps no face.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
-  for (int i = 0; i < kMostLifts; ++i) {
+  for (int i = 0; i < kMaxLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
     if (!near.found) return false;
     const dvec3 off = c_ - near.p;
@@ -235,7 +235,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
     const double far = radius() + reach;
     const auto collect_face = [&](std::uint32_t i) {
       if (!grid.box_within(i, c_, far)) return;
-      if (near_count_ == kMostNear) {
+      if (near_count_ == kMaxNear) {
         all = false;
         return;
       }
@@ -405,7 +405,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   const OnFace at = nearest_on(grid.face(plane.face), hip);
   const dvec3 off = hip - at.p;
   const double size = glm::length(off), along = size > kSkin ? glm::dot(off, plane.n) / size : 0;
-  if (at.edge < 0 || !(along > kLeastAlong)) return;
+  if (at.edge < 0 || !(along > kMinAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
   // Ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
@@ -434,16 +434,16 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
-  const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
+  const double near = give ? std::max(kReachInCut * radius(), kMinInCut) : kMaxKept;
   const double kept_in_cut = give ? kKeptInCut * radius() : near;
-  const double kept = std::min({grid.cell(), kMostKept, near, kept_in_cut}), most_reach = std::min(kMostReach, near);
+  const double kept = std::min({grid.cell(), kMaxKept, near, kept_in_cut}), max_reach = std::min(kMaxReach, near);
   // m, search distance of the next iteration
-  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
+  double wanted = std::clamp(kAhead * glm::length(along) + kMinReach, kMinReach, max_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     // m, distance within which the list of faces is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
-    if (valid < kLeastReach / 2 && i > 0) {
+    if (valid < kMinReach / 2 && i > 0) {
       collect(grid, wanted + kept);
       valid = near_reach_;
     }
@@ -468,10 +468,10 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     const double size = glm::length(step);
     if (size > left) step *= left / size;
     c_ += step;
-    wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, most_reach);
+    wanted = std::clamp(size > left ? size : kNextReach * size, kMinReach, max_reach);
     if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
     if (active.count == 0) continue;
-    if (tested_ >= kMostTested) break;
+    if (tested_ >= kMaxTested) break;
     if (active.count == 1 && size <= left && rests_on(grid, planes_[active.index[0]])) break;
   }
   count_ = 0;

@@ -30,7 +30,7 @@ class SurfacePoint final : public SurfaceContact {
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, upper limit of the argument `most` of clearance()
   // Number of tested faces after which follow() starts no further iteration in contact; the next call continues.
-  static constexpr int kMostTested = 800;
+  static constexpr int kMaxTested = 800;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
@@ -66,19 +66,19 @@ class SurfacePoint final : public SurfaceContact {
   // true: a wall has yielded, and walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // Bounding boxes of the collected faces. kMostNear: largest number of faces; kBatch: faces per vector instruction.
-  static constexpr int kMostNear = 4096, kBatch = 8;
+  // Bounding boxes of the collected faces. kMaxNear: largest number of faces; kBatch: faces per vector instruction.
+  static constexpr int kMaxNear = 4096, kBatch = 8;
   struct Boxes {
-    alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
-    alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
+    alignas(32) float lo_x[kMaxNear + kBatch], lo_y[kMaxNear + kBatch], lo_z[kMaxNear + kBatch];
+    alignas(32) float hi_x[kMaxNear + kBatch], hi_y[kMaxNear + kBatch], hi_z[kMaxNear + kBatch];
   };
-  std::array<std::uint32_t, kMostNear> near_{};
+  std::array<std::uint32_t, kMaxNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
   // grid of the collected faces; null: collect again
   const TriangleGrid* collected_ = nullptr;
   // Faces of the current iteration, as indices into near_.
-  std::array<std::uint32_t, kMostNear + kBatch> close_{};
+  std::array<std::uint32_t, kMaxNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
   // A face that is nearest at an edge or corner.
@@ -91,7 +91,7 @@ class SurfacePoint final : public SurfaceContact {
   // The order of a plane is its face's index in near_ with one of these bits: planes of edges follow those of
   // interiors, and walls come last.
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
-  std::array<Edge, kMostNear> edges_;
+  std::array<Edge, kMaxNear> edges_;
   PlaneSet planes_;
   // Planes of faces that touch the ball with their interior; the first ones in planes_. Components of the normal, and
   // the distance from the ball's centre.

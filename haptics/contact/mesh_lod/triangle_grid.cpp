@@ -9,7 +9,7 @@ namespace typodont::haptics::mesh_lod {
 namespace {
 
 constexpr double kCellEdges = 1.5;  // edge of a cell / mean edge of the mesh
-constexpr double kMostCells = 4e6;
+constexpr double kMaxCells = 4e6;
 // Largest number of entries of all cells per face, plus kFewEntries; otherwise cells become larger.
 constexpr double kEntriesPerFace = 16;
 // entries allowed beyond kEntriesPerFace × faces
@@ -100,7 +100,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   }
   join_faces(mesh);
   const glm::vec3 extent(hi - lo);
-  const double most_entries = kEntriesPerFace * static_cast<double>(faces_.size()) + kFewEntries;
+  const double max_entries = kEntriesPerFace * static_cast<double>(faces_.size()) + kFewEntries;
   for (;; cell_ *= 1.5) {
     choose_cells(extent);
     double entries = 0;
@@ -108,7 +108,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
       const glm::dvec3 span(cell_of(box.hi) - cell_of(box.lo) + 1);
       entries += span.x * span.y * span.z;
     }
-    if (static_cast<double>(cells_.x) * cells_.y * cells_.z <= kMostCells && entries <= most_entries) break;
+    if (static_cast<double>(cells_.x) * cells_.y * cells_.z <= kMaxCells && entries <= max_entries) break;
   }
   start_.assign(
       static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) * static_cast<std::size_t>(cells_.z) + 1,
@@ -134,8 +134,8 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
 
 /// Sorts faces so that neighbours are near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
-  constexpr double kBlock = 4;         // edge length of a block, in cells
-  constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
+  constexpr double kBlock = 4;        // edge length of a block, in cells
+  constexpr double kMaxBlocks = 1e6;  // upper limit of the number of blocks
   const auto corner_of = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return glm::min(mesh.vertices[t.x], glm::min(mesh.vertices[t.y], mesh.vertices[t.z])) - origin_;
@@ -146,7 +146,7 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   glm::dvec3 count(1);
   for (;; block *= 2) {
     count = glm::floor(extent / block) + 1.0;
-    if (count.x * count.y * count.z <= kMostBlocks) break;
+    if (count.x * count.y * count.z <= kMaxBlocks) break;
   }
   const auto block_of = [&](std::size_t i) {
     const glm::dvec3 at = glm::floor(corner_of(i) / block);

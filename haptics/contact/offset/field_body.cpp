@@ -114,15 +114,14 @@ namespace {
 
 // Largest number of leaves in a step: the servo copies them in one tick, 50 to 100 ns each, no longer than a cut of a
 // bur of Ø1.2 mm. Patches of larger heads are exchanged as a whole.
-constexpr std::size_t kMostInStep = 128;
+constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace
 
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
   auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, edge_));
   const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
-  if (edge * edge <= kMostInStep)
-    patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMostInStep));
+  if (edge * edge <= kMaxInStep) patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMaxInStep));
   return patch;
 }
 

@@ -45,15 +45,15 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   };
   const bool has_room =
       filling_.radius < reach &&
-      patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
+      patch_.holds(filling_.center, filling_.radius + P::max_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
   // Only the free part of the dome grows, by the waiting volume. The free fraction is that of the last tick, so less
   // may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
-      std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
-  filling_.radius += std::clamp(grown(before, owed / filling_.free_fraction) - before, P::least_step, most);
+      std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::max_step);
+  filling_.radius += std::clamp(grown(before, owed / filling_.free_fraction) - before, P::min_step, most);
   const Fill dome = ball();
   bool changed;
   const PerTissue added = haptics::fill(patch_, dome, &changed);
@@ -88,7 +88,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (way.next > open_place_search_.looks) continue;
     left -= P::sample_cost;
     const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[open_place_search_.way]));
-    if (!patch_.holds(place, P::most_step + static_cast<double>(Sweep::kMargin))) {
+    if (!patch_.holds(place, P::max_step + static_cast<double>(Sweep::kMargin))) {
       way.next = OpenPlaceSearch::kNever;
       continue;
     }

@@ -37,11 +37,11 @@ struct SearchParameters {
   // The secant method is used while a step / the previous step is at most this.
   static constexpr double still_converges = 0.95;
   // largest lengthening factor of a step, with one contact
-  static constexpr double most_gain = 10;
+  static constexpr double max_gain = 10;
   // largest lengthening factor if one of several contacts blocks it
-  static constexpr double most_gain_of_many = 2;
+  static constexpr double max_gain_of_many = 2;
   // voxels, largest sinking depth per tick; the contact planes are not valid deeper
-  static constexpr double most_slack = 1;
+  static constexpr double max_slack = 1;
   // voxels; overlap up to this comes from cutting or rounding. A deeper head is inside tissue, and is moved out slowly.
   static constexpr double deep = 0.6;
   // voxels of overlap; down to this, a head that is led out of deep tissue follows the field's gradients
@@ -108,7 +108,7 @@ struct WallParameters {
   // voxels from a border where samples may have either tissue
   static constexpr double border = 0.5;
   // smallest fraction of a bur's power at a harder wall
-  static constexpr double least_power = 0.1;
+  static constexpr double min_power = 0.1;
   // A border is a wall below this softer / harder energy.
   static constexpr double from_ratio = 0.2;
   // Largest number of rounds per iteration that reduce the depth at walls and project again.
@@ -119,7 +119,7 @@ struct WallParameters {
 struct RecoveryParameters {
   // s, time constant of the decay of the overlap
   static constexpr double recovery_time = 6e-3;
-  static constexpr double least_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
+  static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
   // s outside the patch until the new one is late
   static constexpr double patch_wait = 0.01;
   // m; if a fast hand is less than this ahead of a moving proxy, its patch is not late. Farther away, the hand has
@@ -157,7 +157,7 @@ struct CoarseParameters {
   // coarse voxels that the head moves per coarse cut
   static constexpr double cut_step = 0.2;
   // largest number of ticks that a coarse cut may wait
-  static constexpr int most_waits = 4;
+  static constexpr int max_waits = 4;
 };
 
 /// Placing of filling by a filling instrument (filling.cpp).
@@ -169,11 +169,11 @@ struct FillingParameters {
   static constexpr double one_surface = 0.5;
   // voxels between samples in front of the instrument
   static constexpr double look_step = 0.25;
-  static constexpr double step = 0.25;    // voxels by which the radius may always grow per tick
-  static constexpr double most_step = 1;  // voxels, largest growth of the radius per tick
+  static constexpr double step = 0.25;   // voxels by which the radius may always grow per tick
+  static constexpr double max_step = 1;  // voxels, largest growth of the radius per tick
   // s of delivery placed per tick beyond what still waits
   static constexpr double ahead = 0.01;
-  static constexpr double least_step = 1e-3;
+  static constexpr double min_step = 1e-3;
   // free fraction of its surface where a dome stops growing
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid

@@ -71,7 +71,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.pace_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
   if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
   rejoining_ = std::max(overlap_ > 0 && rejoining_ > 0 ? in.dt : 0.0, rejoining_ - in.dt);
-  if (overlap_ < R::least_overlap) overlap_ = 0;
+  if (overlap_ < R::min_overlap) overlap_ = 0;
   sunk_ = sunk_ && overlap_ > 0;
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
@@ -141,7 +141,7 @@ bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexce
   if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.covers(p.start, reach() + 1))) {
     return false;
   }
-  if (smooth().any() && smooth().room(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMostSeated) {
+  if (smooth().any() && smooth().room(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMaxSeated) {
     return false;
   }
   return finder().seat(patch_, p.target, p.start, p.c, contacts_, alone);
@@ -204,8 +204,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
-    const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
-    if (length < settled || foreseen || ++s.settled >= most_settled) break;
+    const int max_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
+    if (length < settled || foreseen || ++s.settled >= max_settled) break;
     // Without contact, the head has reached its target. With contact on a smooth surface, the error after an iteration
     // is about the square of the error before.
     if (p.active.count == 0) {
@@ -338,7 +338,7 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
   const double fraction = before2 > 0 ? glm::dot(step, s.last_step) / before2 : 0;
-  const double most = p.active.count > 1 ? 1 : contacts_.count() > 1 ? Q::most_gain_of_many : Q::most_gain;
+  const double most = p.active.count > 1 ? 1 : contacts_.count() > 1 ? Q::max_gain_of_many : Q::max_gain;
   s.last_step = step;
   s.last_gain = fraction != 0 && fraction < Q::still_converges ? std::min(s.last_gain / (1 - fraction), most) : 1;
   dvec3 n(0);
@@ -356,7 +356,7 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   const double cap = kPi * tool().radius() / h;
   const auto bought_by = [&](double energy) {
     const double volume = std::max(energy, 0.0) / in.specific_energy / (h * h * h);
-    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::most_slack) : 0.0;
+    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::max_slack) : 0.0;
   };
   step_.slack = bought_by(in.budget);
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
@@ -405,7 +405,7 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
   if (!patch_.holds(before, 0) || !patch_.holds(behind, 0)) return 1;
   const double softer = specific_energy_at(before), harder = specific_energy_at(behind);
-  return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
+  return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::min_power) : 1;
 }
 
 /// Smallest wall_at() of all planes that stop the head; 0 if none of them is a wall.
@@ -440,7 +440,7 @@ void OffsetModel::follow_hand() noexcept {
   if (!at_pace) return;
   const dvec3 step = p.c - p.start;
   const double pace = (breaking_through_ ? P::free_slew : P::cut_slew) * p.pace_per_slew;
-  p.c = p.start + largest_fraction(step, -p.shift, farthest(step, p.shift, pace)) * step;
+  p.c = p.start + max_fraction(step, -p.shift, farthest(step, p.shift, pace)) * step;
   p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
 }
 

@@ -64,7 +64,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   coarse_.X_WB = X_WB;
   coarse_.tool = tool_;
   ++coarse_.waits;
-  if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
+  if (!may_wait || coarse_.waits > CoarseParameters::max_waits) finish_coarse();
 }
 
 /// Makes the waiting coarse cut, if there is one.

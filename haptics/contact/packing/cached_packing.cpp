@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size of the cache
+constexpr std::uintmax_t kMaxKept = 256u << 20;  // bytes, largest total size of the cache
 constexpr const char* kSuffix = ".packing";
 
 /// Calls use(address, bytes) for each part of a packing.
@@ -21,7 +21,7 @@ template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };
   const auto list = [&](auto& values) { return use(values.data(), values.size() * sizeof values[0]); };
-  return part(p.seed) && part(p.tissue_hash) && part(p.max_radius) && part(p.largest_hole) && part(p.solid_volume) &&
+  return part(p.seed) && part(p.tissue_hash) && part(p.max_radius) && part(p.max_hole) && part(p.solid_volume) &&
          list(p.center) && list(p.radius) && list(p.tissue);
 }
 
@@ -60,7 +60,7 @@ SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& opti
   const Nanos began = now();
   SpherePacking packing = pack_spheres(tissue, options);
   if (now() - began > kWorthKeeping) {
-    cache::keep(in, key.key(), kSuffix, kMostKept, [&](const fs::path& file) { write(file, packing); });
+    cache::keep(in, key.key(), kSuffix, kMaxKept, [&](const fs::path& file) { write(file, packing); });
   }
   return packing;
 }

@@ -164,7 +164,7 @@ void PackingBody::take_out_pieces(const Cut& cut) {
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
-      const double room = spheres_.tree().room(c, r + r / whole * kGapsAround * packing_.largest_hole);
+      const double room = spheres_.tree().room(c, r + r / whole * kGapsAround * packing_.max_hole);
       spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
       changed(piece[k], before[k]);
     }
@@ -284,7 +284,7 @@ TissueVolume& PackingBody::rasterize() {
   const VoxelFrame& frame = volume_.frame();
   const auto box = [&](const Note& note) {
     const auto k = static_cast<std::size_t>(note.sphere);
-    const double reach = (packing_.radius[k] + kGapsAround * packing_.largest_hole) / frame.voxel + kAround;
+    const double reach = (packing_.radius[k] + kGapsAround * packing_.max_hole) / frame.voxel + kAround;
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };

@@ -23,7 +23,7 @@ constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
 // rad, largest rotation per cut; the error of the chord is then at most 5e-5 of the reach
-constexpr double kLargestTurn = 0.02;
+constexpr double kMaxTurn = 0.02;
 // N, forces of a typical dental scene. Up to this limit, a tool that is led back changes its force as fast as in
 // "offset"; above it, in proportion.
 constexpr double kDentalForces = 20;
@@ -79,7 +79,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
       heads.push_back(proxy.tool());
       most = std::max(most, proxy.tool().size());
     }
-    if (most <= passes->most_balls()) gpu_ = std::make_unique<ComputePasses>(std::move(passes), heads);
+    if (most <= passes->max_balls()) gpu_ = std::make_unique<ComputePasses>(std::move(passes), heads);
   }
 }
 
@@ -377,7 +377,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(way > 0)) return false;
   price_ *= way / std::max(last_path_length_, 1e-12);
   last_path_length_ = way;
-  if (angle > 0) most = std::min(most, kLargestTurn / angle);
+  if (angle > 0) most = std::min(most, kMaxTurn / angle);
   if (by_power && price_ > 0 && postpones(in.dt, in.budget / price_ * way)) return false;
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / way);

@@ -31,13 +31,13 @@ constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / larges
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // spacing of a grid / of the next finer one
 // Smallest radius in spacings; smaller spheres may be placed in a finer grid.
-constexpr double kLeastRadius = 0.3;
+constexpr double kMinRadius = 0.3;
 // A sphere is postponed if its radius / the stored free radius is below this.
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;  // in spacings, largest distance of the centre from its node
-constexpr double kLastStep = 0.02;      // spacings, last step of the search for the centre
+constexpr double kMaxTravel = 1.0;  // in spacings, largest distance of the centre from its node
+constexpr double kLastStep = 0.02;  // spacings, last step of the search for the centre
 // voxels, smallest spacing; then the packing is complete
-constexpr double kSmallestSpacing = 0.004;
+constexpr double kMinSpacing = 0.004;
 constexpr double kMaxPerVoxel = 64;  // largest number of spheres per voxel; the field does not resolve more
 
 /// Directions that are distributed evenly over the sphere (Fibonacci lattice).
@@ -80,7 +80,7 @@ float key_of(float free, float limit) {
 
 /// Largest key_of() of a block; 0: none is positive.
 TYPODONT_DISPATCH("avx2", "default")
-float largest_key(const float* free, float limit) {
+float max_key(const float* free, float limit) {
   constexpr int kLanes = 8;
   float key[kLanes] = {};
   for (int n = 0; n < kNodes; n += kLanes) {
@@ -107,7 +107,7 @@ class Packer {
     while (true) {
       const int b = top_block();
       if (b < 0 || free_radius(b) < kFinest * spacing_) {
-        if (spacing_ < kSmallestSpacing) return false;
+        if (spacing_ < kMinSpacing) return false;
         make_grid(spacing_ / kFiner);
         continue;
       }
@@ -116,7 +116,7 @@ class Packer {
       Tissue tissue = Tissue::kAir;
       shrink_into(found, tissue);
       float& free = blocks_[static_cast<std::size_t>(b)].free[static_cast<std::size_t>(node)];
-      if (found.r < kLeastRadius * spacing_ || tissue == Tissue::kAir) {
+      if (found.r < kMinRadius * spacing_ || tissue == Tissue::kAir) {
         free = 0;
         renew_key(b);
         continue;
@@ -136,7 +136,7 @@ class Packer {
   }
 
   /// Radius of the largest sphere that still fits.
-  double largest_hole() {
+  double max_hole() {
     double most = 0;
     for (int tries = 0; tries < 4096; ++tries) {
       const int b = top_block();
@@ -200,7 +200,7 @@ class Packer {
   }
   void renew_key(int b) {
     Block& block = blocks_[static_cast<std::size_t>(b)];
-    const float key = largest_key(block.free, static_cast<float>(limit_));
+    const float key = max_key(block.free, static_cast<float>(limit_));
     const bool raised = key > block.key;
     block.key = key;
     if (raised) queue_.push({key, b});
@@ -260,7 +260,7 @@ class Packer {
 
   /// Makes a grid with all spheres placed so far.
   void make_grid(double spacing) {
-    const double largest_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
+    const double max_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;
     origin_ = -(1.0 + shift_) * spacing_;
     cells_ = glm::ivec3(glm::ceil((dvec3(field_.size()) - origin_) / (kEdge * spacing_))) + 1;
@@ -290,7 +290,7 @@ class Packer {
     }
     // New spheres are hardly larger than the last ones, so each placed sphere limits only nearby blocks.
     for (const Placed& s : placed_) {
-      for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
+      for_blocks_near(s.p, s.r + std::min(max_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
     // Limits free radii to the depth in the tissue, and removes blocks without space.
@@ -335,7 +335,7 @@ class Packer {
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
-    const double travel = kLargestTravel * spacing_;
+    const double travel = kMaxTravel * spacing_;
     near_.clear();
     ++stamp_;
     stamps_.resize(placed_.size(), 0);
@@ -444,7 +444,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
     result.radius.push_back(s.r * h);
     result.tissue.push_back(label);
   }
-  result.largest_hole = packer.largest_hole() * h;
+  result.max_hole = packer.max_hole() * h;
   if (options.progress) options.progress(1);
   return result;
 }

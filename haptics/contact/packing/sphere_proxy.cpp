@@ -25,11 +25,11 @@ constexpr double kSettled = 1e-12;  // m, smaller changes end the iteration of a
 // m; nearer to the goal, the proxy has arrived
 constexpr double kArrived = 1e-10;
 // rad, largest rotation per step; the error of the chord is then at most 5e-5 of the reach
-constexpr double kLargestTurn = 0.02;
+constexpr double kMaxTurn = 0.02;
 // m, mean margin of near lists: motion of a tool sphere for which its list is valid
 constexpr double kMargin = 60e-6;
 // m, largest mean margin of lists made when needed
-constexpr double kLargestMargin = 300e-6;
+constexpr double kMaxMargin = 300e-6;
 // margin of a list / motion per tick
 constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if a list would be empty
@@ -48,10 +48,10 @@ constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compar
 // m, rounding error of a gap in single precision. Below -10 mm, every comparison finds the sphere.
 constexpr float kFloatRounding = 1e-9f;
 // m, smallest margin; with less, no list is made
-constexpr double kLeastMargin = 1e-6;
+constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of too long lists
 // m, largest mean margin of lists made in advance
-constexpr double kLargestPrepared = 0.5e-3;
+constexpr double kMaxPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;         // margin / motion per tick, for lists made in advance
 constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves searched per tick in advance
 // searches until a list that was too long is remade
@@ -59,7 +59,7 @@ constexpr int kNotAgain = 64;
 
 /// Mean margin of long lists, m. `way`: motion (m/tick).
 double prepared_margin(double way) {
-  return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
+  return std::clamp(kTicksAhead * way, kMargin, kMaxPrepared);
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
     next_.count += tree.search_on(next_.search, next_.center, r + next_.margin, r + kRounding, left,
                                   std::span(next_.places).subspan(next_.count), &next_.gaps[next_.count]);
     next_.leaves += before - left;
-    while (next_.count + SphereTree::kWide > room_ && next_.margin > kLeastMargin) {
+    while (next_.count + SphereTree::kWide > room_ && next_.margin > kMinMargin) {
       next_.margin *= kReduced;
       const auto most = static_cast<float>(next_.margin);
       std::size_t kept = 0;
@@ -172,7 +172,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
       }
       next_.count = kept;
     }
-    if (!(next_.margin > kLeastMargin)) return true;
+    if (!(next_.margin > kMinMargin)) return true;
   }
   if (next_.search.done()) next_.expected = next_.leaves;
   return next_.search.done();
@@ -186,7 +186,7 @@ void SphereProxy::use_list() noexcept {
   list = {};
   list.wider = wider;
   next_.active = false;
-  if (!(next_.margin > kLeastMargin)) {
+  if (!(next_.margin > kMinMargin)) {
     list.refused = kNotAgain;
     return;
   }
@@ -208,7 +208,7 @@ void SphereProxy::use_list() noexcept {
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
-    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kLargestMargin) : prepared_margin(way);
+    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kMaxMargin) : prepared_margin(way);
     start_list(tree, i, center, spread_margin(i, margin));
   }
   continue_list(tree, std::numeric_limits<std::size_t>::max());
@@ -401,8 +401,7 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
     dvec3 by, turned;
     project(move, turn, by, turned, tool_.head);
     const double angle = glm::length(turned), way = glm::length(by) + tool_.head_reach * angle;
-    const double fraction =
-        std::min({1.0, longest_path / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
+    const double fraction = std::min({1.0, longest_path / std::max(way, 1e-300), kMaxTurn / std::max(angle, 1e-300)});
     const Pose goal{X_W_.p + fraction * by, glm::normalize(turned_by(fraction * turned) * X_W_.R)};
     const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
     const double part = fraction * reached(tree, goal, first);
@@ -433,7 +432,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
     dvec3 turned;   // rad of rotation per m of push
     double yields;  // m by which the gap changes per m of push
   };
-  std::array<Step, kMostContacts> steps;
+  std::array<Step, kMaxContacts> steps;
   std::size_t count = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     Constraint& c = constraints_[k];
@@ -479,7 +478,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // if full, replaces the contact with the smallest push
+  if (at == kMaxContacts) {  // if full, replaces the contact with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -542,7 +541,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
 
     // Moves along a part of the motion, limited by the rotation and by the remaining path of this tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
-    const double fraction = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
+    const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= fraction, turned *= fraction;
     arrived = glm::length(by) + lever_ * glm::length(turned) < kArrived;
     if (arrived) break;

@@ -97,7 +97,7 @@ class SphereProxy {
   static dvec3 rotation_angle(const dquat& from, const dquat& to) noexcept;
   static dquat turned_by(const dvec3& turn) noexcept;
 
-  static constexpr std::size_t kMostContacts = 12;
+  static constexpr std::size_t kMaxContacts = 12;
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
@@ -179,8 +179,8 @@ class SphereProxy {
   ProxyOptions options_;
   double lever_;  // m, converts rotations to lengths in project()
   Pose X_W_, X_WH_;
-  std::array<ProxyContact, kMostContacts> contacts_;
-  std::array<Constraint, kMostContacts> constraints_;
+  std::array<ProxyContact, kMaxContacts> contacts_;
+  std::array<Constraint, kMaxContacts> constraints_;
   std::size_t count_ = 0;
   std::vector<double> arm_;      // m, each tool sphere's distance from the origin of T
   std::vector<NearList> lists_;  // for each tool sphere: its near list

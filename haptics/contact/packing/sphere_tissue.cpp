@@ -149,7 +149,7 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   ball_volumes(base_radius, base);
   lens_volumes(tool, base_radius, tool + base_radius - overlap, lens);
   const D8 part = base_volume * (1.0 - lens / base);
-  volume = radius > SphereTissue::kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
+  volume = radius > SphereTissue::kMin * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
 /// SphereTissue::after_cut() for eight spheres, with the same bits. `others` receives those that are cut from another
@@ -208,7 +208,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
       // An unchanged sphere is overwritten by the next one; when steps_ is full, the last element is overwritten.
-      Step& step = steps_[std::min(count_, kMostSteps)];
+      Step& step = steps_[std::min(count_, kMaxSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
         const CutSphere& before = state(place);

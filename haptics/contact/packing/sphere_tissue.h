@@ -78,7 +78,7 @@ class SphereTissue {
   // Public because the SIMD kernels use it.
   struct Lanes;
   /// Ratio to the radius before the cut; smaller spheres are removed, because they could not be felt.
-  static constexpr double kLeast = 1e-3;
+  static constexpr double kMin = 1e-3;
 
   /// Size of spheres and tree, bytes.
   std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
@@ -87,7 +87,7 @@ class SphereTissue {
   friend class TriedCut;
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
-  static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kLeast * s.base_radius); }
+  static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kMin * s.base_radius); }
   /// Sets a sphere without updating the boxes above it.
   void put(Place place, const CutSphere& s) noexcept {
     spheres_[static_cast<std::size_t>(place)] = s;
@@ -116,7 +116,7 @@ class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
       : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
-    steps_.resize(kMostSteps + 1);
+    steps_.resize(kMaxSteps + 1);
   }
   /// Begins a cut by `balls` balls.
   void begin(std::size_t balls) noexcept {
@@ -125,14 +125,14 @@ class TriedCut {
     count_ = 0;
   }
   /// Returns true if all changes could be stored.
-  bool complete() const noexcept { return count_ <= kMostSteps; }
+  bool complete() const noexcept { return count_ <= kMaxSteps; }
   /// Adds a ball of radius `r` that moves from a to b. Returns the sum of removed volume × hardness × `weight`.
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
  private:
   friend class SphereTissue;
-  static constexpr std::size_t kMostSteps = 16384;
+  static constexpr std::size_t kMaxSteps = 16384;
   struct Step {
     Place place{};
     bool first = false;  // true: first change by this tool sphere
@@ -142,7 +142,7 @@ class TriedCut {
     CutSphere after;
   };
   std::vector<Step> steps_;  // in the order of carve(); the first count_ are valid
-  std::size_t count_ = 0;    // number of changes; above kMostSteps: not all are stored
+  std::size_t count_ = 0;    // number of changes; above kMaxSteps: not all are stored
   // true: a ball may cut a sphere that an earlier ball cut
   bool several_ = true;
   std::vector<CutSphere> state_;         // each sphere's state after the current cut, with several balls

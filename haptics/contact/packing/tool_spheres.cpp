@@ -15,10 +15,10 @@ namespace {
 constexpr double kSamples = 48;  // samples along the longest side
 // step of a chain / radius; the notches between its spheres are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
-// kCells: nodes across the radius. kRingStep: step in a ring / radius. kLeastCovered: smallest new volume of a ring /
+// kCells: nodes across the radius. kRingStep: step in a ring / radius. kMinCovered: smallest new volume of a ring /
 // head.
 constexpr int kCells = 25;
-constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
+constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 
 /// Adds a chain of inscribed spheres on the axis, for a part that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
@@ -49,7 +49,7 @@ class Rings {
         covered_[node(i, j)] = !(room_[node(i, j)] > 0);
       }
       add_up(j);
-      enough_ += kLeastCovered * open_[sum(kCells, j)];
+      enough_ += kMinCovered * open_[sum(kCells, j)];
     }
   }
 
@@ -58,14 +58,14 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double most_gain = 0;  // new volume per sphere
+      double max_gain = 0;  // new volume per sphere
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
           if (count == 0 || centers.size() + count > most) continue;
           const double gain = covers(i, j);
-          if (gain < enough_ || gain <= most_gain * static_cast<double>(count)) continue;
-          most_gain = gain / static_cast<double>(count);
+          if (gain < enough_ || gain <= max_gain * static_cast<double>(count)) continue;
+          max_gain = gain / static_cast<double>(count);
           best_i = i, best_j = j;
         }
       }

@@ -20,10 +20,10 @@ struct ActivePlanes {
 /// normals.
 struct ActiveSetLimits {
   // Smallest pivot of the Gram matrix of the active normals. With a smaller pivot, the projection fails.
-  double least_pivot = 0;
+  double min_pivot = 0;
   // Smallest squared length of the component of a new normal perpendicular to the active normals. With a smaller
   // component, the plane cannot become active.
-  double least_rest = 0;
+  double min_rest = 0;
 };
 
 /// Computes one projection. The class `Planes` describes the planes; a plane allows the points x with
@@ -60,16 +60,16 @@ class ActiveSet {
 
  private:
   // largest number of rounds; with more planes, the projection fails
-  static constexpr int kMostRounds = 64;
+  static constexpr int kMaxRounds = 64;
   // largest number of active planes that may be removed when one plane is added
-  static constexpr int kMostLeaving = 8;
+  static constexpr int kMaxLeaving = 8;
   static constexpr double kNever = 1e300;  // a number larger than any step length
 
   /// Solves gram · r = b, where the last column of `gram` contains b. Returns false if the normals are linearly
   /// dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
-      if (gram[i][i] < Planes::kLimits.least_pivot) return false;
+      if (gram[i][i] < Planes::kLimits.min_pivot) return false;
       for (int row = i + 1; row < count_; ++row) {
         const double f = gram[row][i] / gram[i][i];
         for (int col = i; col <= count_; ++col) gram[row][col] -= f * gram[i][col];
@@ -117,7 +117,7 @@ class ActiveSet {
   }
 
   bool add_planes(dvec3& x) noexcept {
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       const int next = planes_.worst(x, index_, count_);
       if (next < 0) return true;
       if (!add(next, x)) return false;
@@ -130,7 +130,7 @@ class ActiveSet {
   bool add(int next, dvec3& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
-    for (int turn = 0; turn < kMostLeaving; ++turn) {
+    for (int turn = 0; turn < kMaxLeaving; ++turn) {
       // The new plane's normal has two components. rest: the component perpendicular to all active normals. r:
       // coordinates of the other component, which is a sum of the active normals with these factors.
       double r[3] = {};
@@ -145,7 +145,7 @@ class ActiveSet {
       for (int i = 0; i < count_; ++i) {
         if (r[i] > 1e-12 && push_[i] / r[i] < partial) partial = push_[i] / r[i], leaving = i;
       }
-      const bool may_join = count_ < 3 && rest2 > Planes::kLimits.least_rest;
+      const bool may_join = count_ < 3 && rest2 > Planes::kLimits.min_rest;
       const double full = may_join ? -planes_.excess(added, x) / rest2 : kNever;
       if (!may_join && leaving < 0) return false;
       const double step = std::min(partial, full);

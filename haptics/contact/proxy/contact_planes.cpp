@@ -137,7 +137,7 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   const double deep = std::max(O::depth_below, 1 - height);
   const dvec3 below = x - deep * n, on = target + (radius_ - height) * n;
   if (std::abs(sample_linear(patch, below) + deep) > O::foot_tolerance) return false;
-  if (height > radius_ || glm::length(on - c) > kMostSeated || !patch.holds(on, 0)) return false;
+  if (height > radius_ || glm::length(on - c) > kMaxSeated || !patch.holds(on, 0)) return false;
   seated = on;
   const dvec3 above = on + O::height_above * n;
   alone = uneven < S::gradient_tolerance_alone && patch.holds(above, 0) &&
@@ -310,7 +310,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
       const double before2 = glm::dot(last_slide, last_slide);
       const double fraction = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
       if (fraction != 0 && fraction < R::still_converges && (set.creases_ || fraction > -R::still_converges))
-        gain = std::min(gain / (1 - fraction), R::most_gain);
+        gain = std::min(gain / (1 - fraction), R::max_gain);
       else if (!set.creases_)
         gain = 1;
       last_slide = slide;
@@ -439,7 +439,7 @@ bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, C
     if (glm::dot(slide, slide) < L::slid) break;
     if (step == L::steps) return false;
     const double last2 = glm::dot(last, last), fraction = last2 > 0 ? glm::dot(slide, last) / last2 : 0;
-    gain = fraction != 0 && fraction < R::still_converges ? std::min(gain / (1 - fraction), R::most_gain) : 1;
+    gain = fraction != 0 && fraction < R::still_converges ? std::min(gain / (1 - fraction), R::max_gain) : 1;
     last = slide;
     x += gain * slide;
   }

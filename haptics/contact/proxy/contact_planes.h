@@ -39,7 +39,7 @@ class ContactFinder {
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   // voxels, largest distance of the ball's computed position from `c`
-  static constexpr double kMostSeated = 1.5;
+  static constexpr double kMaxSeated = 1.5;
 
   /// Finds contacts for a head that overlaps tissue by more than `kSunk`, for example after a jump: the nearest points
   /// outside the tissue. If there is none within the field's band, `set` gets no contact.

@@ -128,7 +128,7 @@ void search_around(const SurfacePatch& patch, const dvec3& x, const dvec3& n, do
     const double a = 2 * kPi * i / C::directions;
     const dvec3 d = std::cos(a) * u + std::sin(a) * v;
     const auto from = [&](const dvec3& start) {
-      return land(patch, start, around[i].at) && glm::length(around[i].at.x - x) > C::least_aside;
+      return land(patch, start, around[i].at) && glm::length(around[i].at.x - x) > C::min_aside;
     };
     around[i].landed = from(x + aside * d) || from(x + C::down * aside * (d - n));
     around[i].group = -1;
@@ -250,7 +250,7 @@ bool Crease::onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept {
     const double a = sheet[i].distance(x, n[0]), b = sheet[j].distance(x, n[1]);
     if (std::max(std::abs(a), std::abs(b)) < C::converged) return true;
     const double c = glm::dot(n[0], n[1]), det = 1 - c * c;
-    if (det < C::least_angle) return false;
+    if (det < C::min_angle) return false;
     x -= ((a - c * b) / det) * n[0] + ((b - c * a) / det) * n[1];
   }
   return false;
@@ -262,7 +262,7 @@ bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
     for (int i = 0; i < 3; ++i) above[i] = sheet[i].distance(x, n[i]);
     if (std::max({std::abs(above.x), std::abs(above.y), std::abs(above.z)}) < C::converged) return true;
     const glm::dmat3 rows = glm::transpose(glm::dmat3(n[0], n[1], n[2]));
-    if (std::abs(glm::determinant(rows)) < C::least_angle) return false;
+    if (std::abs(glm::determinant(rows)) < C::min_angle) return false;
     x -= glm::inverse(rows) * above;
   }
   return false;

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 namespace {
 
 using E = GrooveParameters;
-constexpr int kMostFaces = FlatWalls::kMost;
+constexpr int kMaxFaces = FlatWalls::kMost;
 
 struct Face {
   dvec3 x{0}, n{0};  // voxels: point of the face; unit vector: its outward normal
@@ -28,7 +28,7 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
     if (std::abs(at.value) < E::on_face) {
       face = {x - at.value * n, n};
       const dvec3 below = face.x - E::depth * n;
-      return std::abs(slope - 1) < E::gradient_tolerance && glm::length(face.x - foot) > E::least_aside &&
+      return std::abs(slope - 1) < E::gradient_tolerance && glm::length(face.x - foot) > E::min_aside &&
              patch.holds(below, -2) && std::abs(sample_linear(patch, below) + E::depth) < E::depth_tolerance;
     }
     x -= at.value * n;
@@ -58,7 +58,7 @@ struct Faces {
         return true;
       }
     }
-    if (count == kMostFaces) return false;
+    if (count == kMaxFaces) return false;
     face[count++] = more;
     return true;
   }
@@ -92,14 +92,14 @@ bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSampl
     }
   }
   if (faces.count < 2 || !faces.concave()) return false;
-  double least = 1e300, most_apart = 0;
+  double least = 1e300, max_apart = 0;
   for (int i = 0; i < faces.count; ++i) {
     walls.n[i] = faces.face[i].n, walls.height[i] = faces.above(i, c);
     least = std::min(least, walls.height[i]);
-    for (int j = 0; j < i; ++j) most_apart = std::max(most_apart, glm::length(walls.n[i] - walls.n[j]));
+    for (int j = 0; j < i; ++j) max_apart = std::max(max_apart, glm::length(walls.n[i] - walls.n[j]));
   }
   walls.count = faces.count;
-  return std::abs(at.value - least) < E::agrees + E::filled * most_apart;
+  return std::abs(at.value - least) < E::agrees + E::filled * max_apart;
 }
 
 }  // namespace typodont::haptics

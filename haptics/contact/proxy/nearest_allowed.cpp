@@ -14,7 +14,7 @@ constexpr int kBatch = RoughPlanes::kBatch;
 
 /// Index of the plane whose normal is most similar to `n`; the first of several equal ones.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-int most_along(const RoughPlanes* planes, int count, const float* n) {
+int max_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
   I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -37,8 +37,8 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
 /// Returns the index of the most violated plane (the first of several equal ones), or -1 if none is violated: n·d +
 /// room ≥ -slip. `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
-                  float slip) {
+int max_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
+                 float slip) {
   F8 least = F8{} - slip;
   I8 index = I8{} - 1, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -69,7 +69,7 @@ class HeadPlanes {
   using Plane = ContactPlane;
   // Limits below which the normals of planes count as linearly dependent (see ActiveSetLimits). They correspond to the
   // accuracy of normals in single precision.
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
+  static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-8, .min_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)
       : set_(set), c_(c), overlap_(overlap), slack_(slack), only_no_deeper_(only_no_deeper) {}
@@ -81,8 +81,8 @@ class HeadPlanes {
   int worst(const dvec3& p, const int* active, int count) const noexcept {
     if (set_.count() == 1) return excess(set_.plane(0), p) < -1e-9 ? 0 : -1;
     const glm::vec3 d(p - c_);
-    const int worst = most_violated(&set_.rough(), set_.count(), &d.x, static_cast<float>(overlap_),
-                                    static_cast<float>(slack_), only_no_deeper_, 1e-6f + 3e-7f * glm::length(d));
+    const int worst = max_violated(&set_.rough(), set_.count(), &d.x, static_cast<float>(overlap_),
+                                   static_cast<float>(slack_), only_no_deeper_, 1e-6f + 3e-7f * glm::length(d));
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }
 
@@ -105,7 +105,7 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept 
   if (set.count() < 2) return guess;
   for (int i = 0; i < before.count; ++i) {
     const glm::vec3 n(before.n[i]);
-    const int index = most_along(&set.rough(), set.count(), &n.x);
+    const int index = max_along(&set.rough(), set.count(), &n.x);
     if (std::find(guess.index, guess.index + guess.count, index) == guess.index + guess.count) {
       guess.index[guess.count++] = index;
     }

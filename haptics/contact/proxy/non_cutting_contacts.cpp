@@ -58,7 +58,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   const SurfacePatch& wide = patch.coarse_levels.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
-  const double top = 2 * shank.half, least_step = 0.3 * every_;
+  const double top = 2 * shank.half, min_step = 0.3 * every_;
   double least = 1e300;
   for (double u = 0;;) {
     const dvec3 p = (from + u * axis) / static_cast<double>(every_);
@@ -74,7 +74,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     const double clear = (around - blurred) * every_ - radius;
     // At the distance s along the axis, the shank is at least clear - s (1 + slope) from tissue. The bound is poor for
     // long steps, so a step is a third of its zero.
-    const double step = std::max(0.3 * clear / (1 + slope), least_step);
+    const double step = std::max(0.3 * clear / (1 + slope), min_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
     u = std::min(u + step, top);

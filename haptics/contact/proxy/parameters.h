@@ -53,7 +53,7 @@ struct RefineParameters {
   static constexpr double gained_fine = 3e-8;
   // The secant method is used only if a step is shorter than this factor times the previous step.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;   // largest factor by which the secant method lengthens a step
+  static constexpr double max_gain = 10;    // largest factor by which the secant method lengthens a step
   static constexpr double shortened = 0.2;  // factor for the step length after a step that increased the gap
   // Largest difference between 1 and the gradient's length on a smooth surface.
   static constexpr double smooth = 1e-3;
@@ -92,10 +92,10 @@ struct CreaseParameters {
   static constexpr int directions = 12;  // directions in which the surface beside the crease is searched
   // Distances of the search from the crease; the first one is usually enough.
   static constexpr double aside[] = {4, 6.5, 5};
-  static constexpr double down = 0.8;       // second start of the search: this factor × `aside`, below the surface
-  static constexpr double least_aside = 2;  // smallest distance between a used place and the crease
-  static constexpr int steps = 4;           // largest number of steps onto the surface
-  static constexpr double landed = 0.1;     // largest distance of a point counted as on the surface
+  static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
+  static constexpr double min_aside = 2;  // smallest distance between a used place and the crease
+  static constexpr int steps = 4;         // largest number of steps onto the surface
+  static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
   // farther: distances beyond the place at which a sheet is fitted. height: distance above the sheet.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr double clear = 0.4;  // smallest distance between the samples of a fit and the samples of other
@@ -113,7 +113,7 @@ struct CreaseParameters {
   // line is larger.
   static constexpr double missed_below = 0.6, along_line = 0.3;
   static constexpr double converged = 1e-9;
-  static constexpr double least_angle = 1e-4;  // determinant of normals below which sheets do not meet
+  static constexpr double min_angle = 1e-4;  // determinant of normals below which sheets do not meet
   static constexpr int newton_steps = 8;
 };
 
@@ -141,12 +141,12 @@ struct CreaseContactParameters {
 
 /// Grooves and inner corners between flat walls (groove.h). Voxels.
 struct GrooveParameters {
-  static constexpr int directions = 12;       // directions in which walls are searched
-  static constexpr double aside = 8;          // distance of the search from the bottom of the groove
-  static constexpr double least_aside = 5.2;  // smallest distance from the bottom: nearer stencils contain samples of
-                                              // another wall
-  static constexpr int steps = 3;             // largest number of steps onto a wall
-  static constexpr double on_face = 1e-3;     // largest distance of a point counted as on the wall
+  static constexpr int directions = 12;     // directions in which walls are searched
+  static constexpr double aside = 8;        // distance of the search from the bottom of the groove
+  static constexpr double min_aside = 5.2;  // smallest distance from the bottom: nearer stencils contain samples of
+                                            // another wall
+  static constexpr int steps = 3;           // largest number of steps onto a wall
+  static constexpr double on_face = 1e-3;   // largest distance of a point counted as on the wall
   static constexpr double gradient_tolerance = 1e-3;  // largest difference between 1 and the gradient's length
   // Smallest depth of the tissue below a wall, and allowed error of the interpolated depth.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;

@@ -9,11 +9,11 @@
 
 namespace typodont::haptics::vertex {
 
-inline constexpr int kMostParts = 64;  // largest number of parts of a face's edge
+inline constexpr int kMaxParts = 64;  // largest number of parts of a face's edge
 
 /// Number of equal parts for edges up to the length `longest`, so that no part is longer than `spacing`.
 inline int parts_of(double longest, double spacing) noexcept {
-  return std::clamp(static_cast<int>(std::ceil(longest / spacing * (1 - 1e-9))), 1, kMostParts);
+  return std::clamp(static_cast<int>(std::ceil(longest / spacing * (1 - 1e-9))), 1, kMaxParts);
 }
 
 /// Divides a triangle into n² equal triangles, and calls use(p, count) for their corners other than a, b and c.

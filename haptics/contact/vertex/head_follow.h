@@ -38,9 +38,9 @@ struct FollowParameters {
 /// lists points around p if needed, after each step. Returns the head's position.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // largest number of steps without contact per tick
+  constexpr int kMaxHops = 64;  // largest number of steps without contact per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
-  for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
+  for (int hop = 0; points.empty() && from != to && hop < kMaxHops; ++hop) {
     const dvec3 rest = to - from;
     const double left = glm::length(rest);
     from = left > free ? from + free / left * rest : to;

@@ -27,7 +27,7 @@ namespace {
 constexpr double kRounding = 1e-6;
 // Largest number of rounds that move vertices back. After these, all vertices return to their positions before the
 // step.
-constexpr int kMostRounds = 8;
+constexpr int kMaxRounds = 8;
 // A face faces the core (part of the axis) if the cosine between its outer normal and the vector from the core to each
 // corner is below this.
 constexpr double kFacesCore = -0.05;
@@ -64,7 +64,7 @@ constexpr std::size_t kBatch = 8;
 // Number of overlapping balls above which crowd_ excludes faces first. Usually there are at most about 60.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_.
-constexpr std::size_t kMostInCrowd = 1 << 15;
+constexpr std::size_t kMaxInCrowd = 1 << 15;
 
 // Flag in the result of list_overlapping(): the ball is on one side of the face's plane, so its face cannot intersect.
 constexpr std::uint32_t kBeside = 0x80000000;
@@ -109,11 +109,11 @@ bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j
 }
 
 /// Number of near faces above which edges are not split.
-std::size_t most_faces(const VertexHead& head, double edge) noexcept {
+std::size_t max_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
   const double face = std::sqrt(3.0) / 4 * edge * edge;
-  return static_cast<std::size_t>(P::most_faces * area / face);
+  return static_cast<std::size_t>(P::max_faces * area / face);
 }
 
 }  // namespace
@@ -132,7 +132,7 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_room() + kBatch);
   ball_at_.resize(mesh.face_room());
   overlapping_.resize(mesh.face_room() + kBatch);
-  crowd_ = mesh::TriangleTable(std::min(mesh.face_room(), kMostInCrowd));
+  crowd_ = mesh::TriangleTable(std::min(mesh.face_room(), kMaxInCrowd));
   slot_of_.resize(mesh.face_room());
   tested_in_.resize(mesh.face_room());
 }
@@ -208,7 +208,7 @@ void MeshCutter::sort_near() noexcept {
 /// Splits long edges near the head, without changing the shape. Returns false if the effort is used up.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
-  const std::size_t most = std::min(near_.capacity(), most_faces(*head.head, edge));
+  const std::size_t most = std::min(near_.capacity(), max_faces(*head.head, edge));
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
     left_ -= kCutCosts.refine;
@@ -262,13 +262,13 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
 /// neighbouring face. Returns false if there is no such direction.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
-  constexpr int kMostFaces = 32;
-  dvec3 areas[kMostFaces], normals[kMostFaces], sum(0);
+  constexpr int kMaxFaces = 32;
+  dvec3 areas[kMaxFaces], normals[kMaxFaces], sum(0);
   int count = 0;
   bool inward = true;  // true: `n` points certainly inwards at all faces
   mesh.around(v, [&](Index f, int) {
     const dvec3 area = normal2(mesh, f);
-    if (!(glm::dot(area, area) > 0) || count == kMostFaces) return;
+    if (!(glm::dot(area, area) > 0) || count == kMaxFaces) return;
     areas[count++] = area;
     inward = inward && glm::dot(n, area) < -kClearlyInward * (std::abs(area.x) + std::abs(area.y) + std::abs(area.z));
   });
@@ -381,17 +381,17 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// Returns true if a face has turned far and does not face the head (CutParameters::least_turn, faces_head).
+/// Returns true if a face has turned far and does not face the head (CutParameters::min_turn, faces_head).
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
   // A quick test without square roots; the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
-      along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
+      along * along > kLarger * P::min_turn * P::min_turn * now2 * before2) {
     return false;
   }
   const double length = glm::length(now), size = length * glm::length(a.normal);
-  if (size > 0 && along >= P::least_turn * size) return false;
+  if (size > 0 && along >= P::min_turn * size) return false;
   if (size == 0) return a.normal != dvec3(0);
   dvec3 n;
   head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
@@ -408,7 +408,7 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
       return false;
     }
     if (!std::exchange(unfold_held_, false)) break;
-    if (++unfold_rounds_ < kMostRounds) continue;
+    if (++unfold_rounds_ < kMaxRounds) continue;
     for (const Affected& a : affected_) hold_back(mesh, a.f);
     break;
   }
@@ -613,7 +613,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
 /// Collapses an edge, unless a face turns too far, becomes too small, flat or long, or intersects, or the volume
 /// changes too much. Returns true if done.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
-                               double longest, double most_volume, CutDone& done) noexcept {
+                               double longest, double max_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
@@ -622,14 +622,14 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   // Limits for the faces afterwards. At tiny edges, they are weaker for faces that exceed them already; otherwise tiny
   // edges could never be removed.
   const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
-  const auto least_area = [&](const dvec3& before) {
-    const double least = P::least_area * edge * edge;
+  const auto min_area = [&](const dvec3& before) {
+    const double least = P::min_area * edge * edge;
     return accepts_bad ? std::min(least, 0.5 * glm::length(before)) : least;
   };
-  const auto greatest_length2 = [&](const dvec3& b) {
+  const auto max_length2 = [&](const dvec3& b) {
     return accepts_bad ? std::max(longest2, glm::dot(b - from, b - from)) : longest2;
   };
-  const auto least_roundness = [&](const dvec3& b, const dvec3& d) {
+  const auto min_roundness = [&](const dvec3& b, const dvec3& d) {
     return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
   };
   bool allowed = true;
@@ -641,15 +641,15 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     if (mesh.face(h).v[(c + 1) % 3] == kept || mesh.face(h).v[(c + 2) % 3] == kept) return;
     const dvec3 before = normal2(from, b, d), after = normal2(to, b, d);
     const double size = glm::length(before) * glm::length(after);
-    if (!(glm::length(after) > least_area(before))) allowed = false;
-    if (allowed && glm::dot(before, after) < P::least_turn_in_mending * size) {
+    if (!(glm::length(after) > min_area(before))) allowed = false;
+    if (allowed && glm::dot(before, after) < P::min_turn_in_mending * size) {
       dvec3 n;
       head.distance((to + b + d) / 3.0, n);
       if (glm::dot(after, n) > -P::faces_head * glm::length(after)) allowed = false;
     }
-    if (glm::dot(b - to, b - to) > greatest_length2(b) || roundness(to, b, d) < least_roundness(b, d)) allowed = false;
+    if (glm::dot(b - to, b - to) > max_length2(b) || roundness(to, b, d) < min_roundness(b, d)) allowed = false;
   });
-  if (!allowed || std::abs(volume) > 6 * most_volume * edge * edge * edge) return false;
+  if (!allowed || std::abs(volume) > 6 * max_volume * edge * edge * edge) return false;
   if (thin_) {
     const auto stays = [&](Index h) {
       return mesh.face(h).v[0] != gone && mesh.face(h).v[1] != gone && mesh.face(h).v[2] != gone;
@@ -682,7 +682,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   }
   // m³ × 6, change of the volume; positive: added
   const double volume = volume6(a, d, c, b);
-  if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
+  if (std::abs(volume) > 6 * P::max_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
@@ -714,8 +714,8 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     // Keeps a vertex that no cut has moved, if possible.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-    if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
-        collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
+    if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::max_volume, done) ||
+        collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::max_volume, done)) {
       return;
     }
   }
@@ -752,7 +752,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   for (std::size_t k = 0; k < count; ++k) {
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     const Neighbour& to = neighbours[k];
-    if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::most_given, done)) return true;
+    if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::max_given, done)) return true;
   }
   return false;
 }
@@ -766,11 +766,11 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 }
 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
-  constexpr double kMostSteps = 100'000;
+  constexpr double kMaxSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
   // The longest cut of the servo (FeelParameters::stride) must be exactly one step, in spite of rounding.
   const double steps = way / (P::step * edge) * (1 - 1e-6);
-  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
+  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMaxSteps)), 0};
   done_ = {};
   go_to(Stage::kNextStep);
 }
@@ -824,7 +824,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       return go_to(Stage::kSelect);
     case Stage::kSelect:
       if (at_ == 0) {
-        if (rounds_++ == kMostRounds) {
+        if (rounds_++ == kMaxRounds) {
           for (const Affected& a : affected_) hold_back(mesh, a.f);
           return go_to(Stage::kAccount);
         }

@@ -29,7 +29,7 @@ struct CutParameters {
   // Largest motion of a vertex per step. A vertex that needs more belongs to another wall, and stays.
   static constexpr double farthest = 3;
   // smallest cosine between a face's normals before and after
-  static constexpr double least_turn = 0.2;
+  static constexpr double min_turn = 0.2;
   // A face may turn farther if the cosine between its normal and the head's reversed normal is at least this.
   static constexpr double faces_head = 0.3;
   // Cosine above which two faces with a common vertex have the same direction. They are tested only if their angles
@@ -42,23 +42,23 @@ struct CutParameters {
   // Length of an edge that may collapse even if this leaves a bad face.
   static constexpr double tiny = 0.1;
   // smallest area of a face after a collapse, in half squared target edges
-  static constexpr double least_area = 1e-6;
+  static constexpr double min_area = 1e-6;
   // Longest edge after a merge; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
   // Largest number of faces near the head, as a ratio to equilateral faces that would cover it. With more, no edge is
   // split. Usually about two; more only at the rim of a membrane.
-  static constexpr double most_faces = 4;
+  static constexpr double max_faces = 4;
   // m; a vertex up to this depth inside still counts as on the head's surface
   static constexpr double overlap = 1e-10;
   // Smallest cosine between the new normals and the old mean normal (weighted by area) for a flip.
   static constexpr double same_plane = 0.9;
   // Smallest cosine between normals before and after a collapse. Faces towards the head (`faces_head`) may turn
   // farther.
-  static constexpr double least_turn_in_mending = 0.5;
+  static constexpr double min_turn_in_mending = 0.5;
   // Largest change of volume by a merge, cubed target edges.
-  static constexpr double most_given = 0.2;
+  static constexpr double max_given = 0.2;
   // Largest change of volume by a collapse or flip, in cubed target edges.
-  static constexpr double most_volume = 0.02;
+  static constexpr double max_volume = 0.02;
 };
 
 /// Tissue labels before the first cut; null: only one tissue.
@@ -120,7 +120,7 @@ class MeshCutter {
 
  private:
   static constexpr int kSlices = 32;
-  static constexpr std::size_t kMostTogether = 64;  // largest number of distances that are computed together
+  static constexpr std::size_t kMaxTogether = 64;  // largest number of distances that are computed together
 
   struct Moved {
     mesh::Index v;
@@ -221,7 +221,7 @@ class MeshCutter {
   void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
   void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
   bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
-                     double longest, double most_volume, CutDone& done) noexcept;
+                     double longest, double max_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
@@ -250,8 +250,8 @@ class MeshCutter {
   // for each vertex: last round (edge_look_) in which a face at it was away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  HeadDistances distances_{kMostTogether};           // buffer for distances that are computed together
-  std::array<Candidate, kMostTogether> candidates_;  // faces of the points in distances_ during the selection
+  HeadDistances distances_{kMaxTogether};           // buffer for distances that are computed together
+  std::array<Candidate, kMaxTogether> candidates_;  // faces of the points in distances_ during the selection
   // Bounding balls of near_, sorted into slices, m.
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
   std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_

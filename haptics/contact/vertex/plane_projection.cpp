@@ -44,7 +44,7 @@ class BoundPlanes {
     double gap;
   };
   // Very small limits of linear dependence, because neighbouring points of a fine mesh have nearly equal normals.
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
+  static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-9, .min_rest = 1e-8};
 
   BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
 

@@ -18,7 +18,7 @@ using P = FeelParameters;
 
 namespace {
 
-constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
+constexpr std::size_t kMaxFaces = 1 << 17;  // upper limit of the number of faces near the head
 /// Estimated costs of listing points, in the unit of Effort, from measurements.
 struct ListCosts {
   Effort face = 2;      // per face found by a search that is not divided
@@ -58,15 +58,15 @@ int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
 }  // namespace
 
 VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parameters)
-    : settings_(settings), parameters_(parameters), distances_(kMostSamples, P::reuse) {
+    : settings_(settings), parameters_(parameters), distances_(kMaxSamples, P::reuse) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
-  near_.reserve(kMostFaces);
-  list_.samples.reserve(kMostSamples);
-  next_list_.samples.reserve(kMostSamples);
+  near_.reserve(kMaxFaces);
+  list_.samples.reserve(kMaxSamples);
+  next_list_.samples.reserve(kMaxSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -176,7 +176,7 @@ bool VertexModel::list_near_faces(Effort& left) noexcept {
   const auto most = static_cast<float>(now.margin);
   return mesh.near_in_part(listing_.search, left, [&](Index f) {
     const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
-    if (is_near && near_.size() < kMostFaces) near_.push_back(f);
+    if (is_near && near_.size() < kMaxFaces) near_.push_back(f);
   });
 }
 
@@ -448,7 +448,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     const Pose X{p, in.X_WT.R};
     if (!keeps_list) {
       complete_list(X, far);
-    } else if (const double room = room_in_list(X); room >= P::least_room * head().radius()) {
+    } else if (const double room = room_in_list(X); room >= P::min_room * head().radius()) {
       return std::clamp(room, 0.0, far);
     } else {  // a fast rotation has made the list invalid
       gather(head(), edge(), X, complete_list_length());
@@ -457,7 +457,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   };
   listed_ = 0;
   distances_.count_anew();
-  const auto may_go_on = [&] { return listed_ + last_list_ <= P::most_listed; };
+  const auto may_go_on = [&] { return listed_ + last_list_ <= P::max_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
   out.leading_out = (std::exchange(began_, false) || !in.cuts) && !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
@@ -477,7 +477,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, fraction = along / springs_.sum;
   dvec3 aside = fraction / along * (springs_.force + along * way);
-  if (const double size = glm::length(aside); size > P::most_aside) aside *= P::most_aside / size;
+  if (const double size = glm::length(aside); size > P::max_aside) aside *= P::max_aside / size;
   give(in, stiffness * depth * (aside - way), fraction * stiffness * depth / along * springs_.torque, out);
 }
 
@@ -536,7 +536,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   part_.open = false;
   const CutDone& done = part_.done;
   if (part_.scrapes) {
-    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::least_met, 1.0);
+    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::min_met, 1.0);
   }
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
@@ -568,7 +568,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     // A new cut waits some ticks after the last.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
-    if (part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), P::least_rest)) return false;
+    if (part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), P::min_rest)) return false;
     to.p = from.p + way / depth * pull;
   }
   part_ = {.open = true,
@@ -587,7 +587,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
 Effort VertexModel::effort_for_cut() const noexcept {
   const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
   const Effort contact = kContactEffort * static_cast<Effort>(list_.points.size()) / 2;
-  return std::max(P::most_effort - contact - fresh, P::least_effort);
+  return std::max(P::max_effort - contact - fresh, P::min_effort);
 }
 
 /// Continues the cut, and then the list of points after it. `proxy`: current pose of the head. Returns true if both are

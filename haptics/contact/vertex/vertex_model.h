@@ -22,7 +22,7 @@ struct FeelParameters {
   static constexpr double slack =
       0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
   // Largest force across the pull (direction from head to hand) / force along the pull.
-  static constexpr double most_aside = 0.25;
+  static constexpr double max_aside = 0.25;
   // N/s, largest rate of a bur's force with resting hand
   static constexpr double ease = 6.5;
   // Shortest advance per cut, in target edges. Energy is collected until it is enough, so that not every tick cuts.
@@ -33,8 +33,8 @@ struct FeelParameters {
   // longest advance per cut, in target edges
   static constexpr double stride = 0.5;
   // A dragged edge cuts only a fraction of the touched area, because it advances by less than the height differences
-  // between vertices. The fraction is measured. met_weight: weight of a new measurement; least_met: smallest mean.
-  static constexpr double met_weight = 0.1, least_met = 0.01;
+  // between vertices. The fraction is measured. met_weight: weight of a new measurement; min_met: smallest mean.
+  static constexpr double met_weight = 0.1, min_met = 0.01;
   // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
@@ -45,23 +45,23 @@ struct FeelParameters {
   static constexpr double begin_next = 0.3;
   // Limit of room_in_list() / radius. A head that waits for its next list stops at 0; a fast rotation can make the
   // value negative. Below the limit, a new list is made at once.
-  static constexpr double least_room = -0.1;
+  static constexpr double min_room = -0.1;
   // Motion / radius up to which distances are extrapolated.
   static constexpr double reuse = 0.02;
   // After a cut of n ticks, the next cut waits up to `rest` × n ticks; not at all if the collected energy allows an
   // advance of `hurry` × (cut area / radius²) × edge length, so that a thin head makes short cuts.
   static constexpr double rest = 3, hurry = 0.08;
-  // The next cut waits for at least `least_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
+  // The next cut waits for at least `min_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
   // would reduce the removal of thin heads.
-  static constexpr double least_rest = 1.05;
+  static constexpr double min_rest = 1.05;
   // Largest effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more continues in the
   // next tick.
-  static constexpr Effort most_effort = 6500;
-  // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of most_effort.
-  static constexpr Effort least_effort = 2000;
+  static constexpr Effort max_effort = 6500;
+  // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of max_effort.
+  static constexpr Effort min_effort = 2000;
   // Largest effort of all lists in one tick, in units of 10 ns. A fast head needs several lists; beyond the limit, it
   // continues its motion in the next tick.
-  static constexpr Effort most_listed = 15000;
+  static constexpr Effort max_listed = 15000;
 };
 
 /// The servo's part of the contact model "vertex".
@@ -85,8 +85,8 @@ class VertexModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  static constexpr std::size_t kMostSamples = 1 << 16;
-  static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
+  static constexpr std::size_t kMaxSamples = 1 << 16;
+  static constexpr std::size_t kMaxProposed = 64;  // largest number of points whose distances are computed at once
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
@@ -95,7 +95,7 @@ class VertexModel final : public ContactModel {
   };
   /// A list of contact points. `samples` contains the data of each point, in the same order.
   struct PointList {
-    mesh::NearPoints points{kMostSamples};
+    mesh::NearPoints points{kMaxSamples};
     std::vector<Sample> samples;
     double within = 0;  // m; the list contains all points within this distance of the head at points.listed_at()
   };
@@ -181,8 +181,8 @@ class VertexModel final : public ContactModel {
   bool found_ = false;     // true: list_ was made for the current mesh and tool
   bool touching_ = false;  // true: the last constrain() found contact, at touching_at_
   dvec3 touching_at_{0};   // m, position of the proxy at this contact
-  HeadDistances distances_, proposed_{kMostProposed};
-  std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
+  HeadDistances distances_, proposed_{kMaxProposed};
+  std::array<std::pair<dvec3, Sample>, kMaxProposed> proposals_;
   HeadFollower follower_{distances_};
   // running mean of removed volume / (contact area × advance), for a dragged edge; see met_weight
   double met_ = 1;

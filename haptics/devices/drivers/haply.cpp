@@ -74,7 +74,7 @@ class HaplyDevice : public HapticDevice {
     for (int messages = 0;; ++messages) {
       std::string_view message;
       const Nanos before = t, early = std::max<Nanos>(spacing_.left(t), 0);
-      if (fresh && early == 0 && messages > kMostQueued) return hand_over(sample, t);
+      if (fresh && early == 0 && messages > kMaxQueued) return hand_over(sample, t);
       const auto got = socket_.receive(message, fresh ? early : kWake);
       t = socket_.now();
       waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);

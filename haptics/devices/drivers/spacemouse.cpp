@@ -63,7 +63,7 @@ class SpaceMouse : public HapticDevice {
     due_ += period_;
     // After a pause of the program, skips the missed samples.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
-    for (int late = 0; late <= kMostQueued;) {
+    for (int late = 0; late <= kMaxQueued;) {
       std::uint8_t buffer[64];
       const Nanos left = std::max<Nanos>(due_ - link_->now(), 0);
       late += left == 0;

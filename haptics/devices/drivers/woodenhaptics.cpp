@@ -115,7 +115,7 @@ class ArmDevice : public HapticDevice {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
       const Nanos early = std::max<Nanos>(spacing_.left(link_->now()), 0);
-      if (early == 0 && ++queued > kMostQueued) break;
+      if (early == 0 && ++queued > kMaxQueued) break;
       const int n = hear_once(early);
       if (n < 0 || (n == 0 && early == 0)) break;
     }

@@ -26,10 +26,10 @@ namespace {
 namespace fs = std::filesystem;
 using glm::dvec3;
 
-constexpr std::size_t kMostFiles = 20000;
+constexpr std::size_t kMaxFiles = 20000;
 constexpr int kDeepest = 8;  // largest depth of nested folders that are searched
 // Series with fewer slices are overviews.
-constexpr std::size_t kLeastSlices = 4;
+constexpr std::size_t kMinSlices = 4;
 
 struct Slice {
   std::size_t file = 0, frame = 0;
@@ -68,8 +68,8 @@ std::vector<fs::path> files_in(const fs::path& folder) {
        !code && it != end; it.increment(code)) {
     if (it.depth() >= kDeepest) it.disable_recursion_pending();
     if (it->is_symlink(code) || !it->is_regular_file(code)) continue;
-    if (++seen > kMostFiles)
-      throw Error(folder.string(), "", fmt::format("more than {} files", kMostFiles), "the folder of one scan");
+    if (++seen > kMaxFiles)
+      throw Error(folder.string(), "", fmt::format("more than {} files", kMaxFiles), "the folder of one scan");
     if (begins_dicom(first_bytes(it->path()))) files.push_back(it->path());
   }
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be read");
@@ -185,7 +185,7 @@ std::vector<Stack> split(Stack stack, std::size_t& copies) {
 }
 
 std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_t& copies) {
-  constexpr std::size_t kMostStacks = 1000;
+  constexpr std::size_t kMaxStacks = 1000;
   std::vector<Stack> stacks;
   for (std::size_t f = 0; f < headers.size(); ++f) {
     const DicomHeader& h = headers[f];
@@ -197,7 +197,7 @@ std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_
         return a.series == h.file.series && a.columns == h.file.columns && a.rows == h.file.rows &&
                a.derived_view == h.file.derived_view && same_geometry(s.head.frames[0], frame);
       });
-      if (found == stacks.end() && stacks.size() == kMostStacks) continue;
+      if (found == stacks.end() && stacks.size() == kMaxStacks) continue;
       Stack& stack = found == stacks.end() ? stacks.emplace_back() : *found;
       if (stack.slices.empty()) stack.head.file = h.file, stack.head.frames = {frame};
       stack.slices.push_back({f, k, frame.has_position != 0, vec(frame.position),
@@ -225,7 +225,7 @@ std::string in_words(const Stack& s) {
 const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request, std::vector<std::string>& notes) {
   const std::string name = request.file.string();
   const auto scans = static_cast<std::size_t>(
-      std::ranges::count_if(stacks, [](const Stack& s) { return s.slices.size() >= kLeastSlices; }));
+      std::ranges::count_if(stacks, [](const Stack& s) { return s.slices.size() >= kMinSlices; }));
   if (stacks.empty() || scans == 0) {
     throw Error(
         name, "",
@@ -233,7 +233,7 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
                        : fmt::format("at most {} slices of one series", stacks[0].slices.size()),
         fmt::format("a DICOM series of at least {} slices: its folder, a ZIP of it, a DICOMDIR or one file with "
                     "all slices",
-                    kLeastSlices));
+                    kMinSlices));
   }
   std::string list;
   for (std::size_t k = 0; k < scans; ++k) list += fmt::format("{}{}: {}", k ? "; " : "", k + 1, in_words(stacks[k]));
@@ -456,7 +456,7 @@ RawScan read_dicom(const ScanRequest& request) {
   if (files.size() == 1 && headers[0].file.kind == DicomKind::kDirectory) {
     std::vector<fs::path> named;
     for (const std::string& reference : headers[0].references) {
-      if (named.size() == kMostFiles) break;
+      if (named.size() == kMaxFiles) break;
       if (const auto file = referenced(request.file.parent_path(), reference)) named.push_back(*file);
     }
     if (named.empty()) {

@@ -81,13 +81,13 @@ bool read_text(Scratch& in, std::string& text) {
 }  // namespace
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
-  constexpr std::size_t kMostDeaths = 50;
+  constexpr std::size_t kMaxDeaths = 50;
   // Largest output per file: 4096 frames of about 150 bytes.
   constexpr std::uint64_t kOutputPerFile = 1 << 20;
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {
-    if (deaths > kMostDeaths) break;  // too many crashes: the remaining files count as kOther
+    if (deaths > kMaxDeaths) break;  // too many crashes: the remaining files count as kOther
     Scratch list, out;
     list.write(list_of(files, from));
     const int status = run_guarded(

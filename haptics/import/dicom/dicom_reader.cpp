@@ -32,7 +32,7 @@ using namespace typodont;
 using namespace typodont::haptics::importing;
 
 const gdcm::Tag kPixelData(0x7fe0, 0x0010);
-constexpr std::size_t kMostFrames = 4096;
+constexpr std::size_t kMaxFrames = 4096;
 
 void write_all(const void* from, std::size_t bytes) {
   const char* p = static_cast<const char*>(from);
@@ -193,7 +193,7 @@ void headers(const std::string& name, std::uint32_t number) {
                                                              : DicomKind::kImage;
   say(DicomRecord::kFile, file);
   if (file.kind == DicomKind::kDirectory) read_references(set);
-  if (file.kind != DicomKind::kImage || file.frames > kMostFrames) return;
+  if (file.kind != DicomKind::kImage || file.frames > kMaxFrames) return;
   DicomFrame common;
   read_frame(set, common);
   const auto groups_of = [&](const gdcm::Tag& tag) {

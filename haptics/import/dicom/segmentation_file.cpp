@@ -108,10 +108,10 @@ Elements code(const char* value, const char* scheme, const char* meaning) {
 
 std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, const std::string& labels,
                                const glm::dmat3& step, const glm::dvec3& origin) {
-  constexpr int kMostEdge = 65535;
-  if (size.x > kMostEdge || size.y > kMostEdge)
+  constexpr int kMaxEdge = 65535;
+  if (size.x > kMaxEdge || size.y > kMaxEdge)
     throw Error(file, "size", fmt::format("{} x {} voxels in a slice", size.x, size.y),
-                fmt::format("at most {} along an axis of a DICOM file; a .nrrd file has no such limit", kMostEdge));
+                fmt::format("at most {} along an axis of a DICOM file; a .nrrd file has no such limit", kMaxEdge));
 
   // One slice of one tissue, if the slice contains it.
   struct Frame {
@@ -130,12 +130,12 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
     if (frames.size() > before) segments.push_back(static_cast<Tissue>(t));
   }
   // One bit per voxel, without padding between frames.
-  constexpr std::size_t kMostBytes = 0xfffffffe;
+  constexpr std::size_t kMaxBytes = 0xfffffffe;
   const std::size_t bytes = (frames.size() * slice + 7) / 8;
-  if (frames.empty() || bytes > kMostBytes)
+  if (frames.empty() || bytes > kMaxBytes)
     throw Error(file, "labels", frames.empty() ? "no labelled voxel" : fmt::format("{} bytes of labels", bytes),
                 frames.empty() ? "tissue"
-                               : fmt::format("at most {} bytes in a DICOM file; .nrrd has no such limit", kMostBytes));
+                               : fmt::format("at most {} bytes in a DICOM file; .nrrd has no such limit", kMaxBytes));
   std::string pixels(bytes + bytes % 2, '\0');
   std::size_t bit = 0;
   for (const Frame& f : frames) {

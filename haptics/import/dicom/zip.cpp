@@ -18,10 +18,10 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr std::size_t kMostEntries = 20000;
-constexpr std::uint64_t kMostBytes = 4000000000;  // bytes, largest total size of the unpacked files
+constexpr std::size_t kMaxEntries = 20000;
+constexpr std::uint64_t kMaxBytes = 4000000000;  // bytes, largest total size of the unpacked files
 // Largest compression ratio of deflate.
-constexpr std::uint64_t kMostRatio = 1032;
+constexpr std::uint64_t kMaxRatio = 1032;
 constexpr std::uint32_t kEndSign = 0x06054b50, kEntrySign = 0x02014b50, kLocalSign = 0x04034b50;
 
 struct Entry {
@@ -56,7 +56,7 @@ class Archive {
     const auto length = number<std::uint32_t>(end, at + 12), start = number<std::uint32_t>(end, at + 16);
     if (count == 0xffff || start == 0xffffffff)
       fail("end", "an archive of the kind ZIP64", "at most 4 GB, 65534 files");
-    if (count > kMostEntries) fail("end", fmt::format("{} files", count), fmt::format("at most {}", kMostEntries));
+    if (count > kMaxEntries) fail("end", fmt::format("{} files", count), fmt::format("at most {}", kMaxEntries));
     if (start > size_ || length > size_ - start) fail("end", "a list of files beyond its end", "a whole ZIP archive");
     const std::string list = bytes(start, length);
     std::vector<Entry> all;
@@ -77,12 +77,12 @@ class Archive {
       e.folder = words > 0 && list[p + kEntry + words - 1] == '/';
       p += kEntry + more;
       if (e.packed > size_ || e.at > size_) damaged();
-      if (e.size > kMostRatio * (std::uint64_t{e.packed} + 1)) {
+      if (e.size > kMaxRatio * (std::uint64_t{e.packed} + 1)) {
         fail(fmt::format("file {}", k + 1), fmt::format("{} bytes in {}", e.size, e.packed),
              "no more than deflate can pack");
       }
       total += e.size;
-      if (total > kMostBytes) fail("list", fmt::format("more than {} bytes unpacked", kMostBytes), "fewer");
+      if (total > kMaxBytes) fail("list", fmt::format("more than {} bytes unpacked", kMaxBytes), "fewer");
       if (e.flags & 1) fail(fmt::format("file {}", k + 1), "an encrypted file", "an archive without a password");
       if (e.method != 0 && e.method != 8)
         fail(fmt::format("file {}", k + 1), fmt::format("packing method {}", e.method), "stored or deflated files");
