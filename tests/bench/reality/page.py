@@ -122,13 +122,14 @@ def page(rows, origin, docs):
     far = [row for row in tried if row.factor() == 0 or not 0.5 <= row.factor() <= 2]
     text = "# Cutting against published experiments\n\n" + paragraph(
         f"""{len(agree)} of the {len(tried)} published results that state their conditions agree with the simulation;
-        {len(far)} are off by more than a factor of two. {len(every) - len(tried)} more results cannot be simulated.
+        {len(far)} are off by more than a factor of two. {len(every) - len(tried)} more results cannot be
+        simulated, for example because burs do not wear and there is no zirconia.
         `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
         load or feed, and writes this page. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
         states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Rows with "fit" may set constants, rows
-        with "test" may not. The table of experiments is `tests/bench/reality/experiments.csv`; quality A: value from a
-        table, B: from an abstract, C: secondary source. Simulated with: {origin}.""") + "\n"
+        with "test" may not. All results, and why some cannot be simulated, are in
+        `tests/bench/reality/experiments.csv`; quality A: value from a table, B: from an abstract, C: secondary source. Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
         known = [row for row in some if row.band]
         if not known:
@@ -148,9 +149,6 @@ def page(rows, origin, docs):
         reasons = [f"- {', '.join(some)}: {reason}." for reason, some in because.items()]
         if reasons:
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
-    text += "\n## Not simulated\n\n" + table(
-        ["process", "result", "why not", "source"],
-        [[row.process, row.what, row.conditions, f"{row.source} ({row.quality})"] for row in every if not row.band])
     text += "\n## Estimates\n\n" + paragraph(
         """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
         standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. What
