@@ -30,27 +30,6 @@ REASONS = {
 def bound(text, otherwise):
     return float(text) if text else otherwise
 
-# Constants that remain estimates, and what would settle each.
-ESTIMATES = [
-    ("`specific_energy_J_per_mm3` of enamel and dentin, for a blade and for a diamond",
-     "slabs cut at three feeds on a force plate with a carbide and with diamonds of two grits, at a measured speed; "
-     "the full texts of PMID 31532324 and of doi 10.1016/j.jmbbm.2019.103529 may state it"),
-    ("`exponent` of `grit`; `grit` of all tissues but enamel", "mass lost in 60 s at 0.5, 0.9 and 1.8 N, medium and coarse"),
-    ("`specific_energy_J_per_mm3` of caries, pulp, gingiva, amalgam and composite", "the same with these materials"),
-    ("`blade` of cancellous bone", "a twist drill in blocks of known density, at three feeds"),
-    ("`blade` of enamel and dentin; `cutting_coefficient`", "normal and tangential force of one bur in each tissue at three feeds"),
-    ("`side_efficiency` and `end_efficiency`", "one bur at one load, plunged and drawn sideways"),
-    ("`scrapes` of excavators and carvers", "mass of dentin lost over 50 strokes at 5 N"),
-    ("`static_friction` and `dynamic_friction`", "a steel ball of 0.5 mm on wet enamel, dentin and bone at 0.2 to 2 N"),
-    ("`stiffness_N_per_mm` of all tissues but enamel, dentin and pulp", "force and depth of an explorer in each"),
-    ("`work` and `films` of heat", "thermocouples at two depths of a tooth under one diamond at a stated load, dry and with 10 and 50 ml/min"),
-    ("torque lines of the motors", "one named turbine and one electric handpiece, braked in 20 steps"),
-    ("`run_up_s` of electric motors", "speed of a free bur after a step of the pedal"),
-    ("necks and lengths of shanks", "a caliper on the burs"),
-    ("rates of filling instruments", "a scale and a stopwatch"),
-    ("thickness of cortical bone by class", "cone beam CTs of thirty jaws by class"),
-]
-
 
 class Row:
     """An experiment with its simulated band."""
@@ -149,11 +128,12 @@ def page(rows, origin, docs):
         reasons = [f"- {', '.join(some)}: {reason}." for reason, some in because.items()]
         if reasons:
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
-    text += "\n## Estimates\n\n" + paragraph(
+    return text + "\n## Estimates\n\n" + paragraph(
         """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
-        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. What
-        remains an estimate, and what would settle it:""") + "\n\n"
-    return text + table(["constant", "experiment"], [list(line) for line in ESTIMATES])
+        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. Burs of two grits at three
+        feeds on a force plate, at a measured speed, in slabs of each tissue would settle most of the estimates; others
+        need thermocouples at two depths of a tooth, a braked turbine, and an explorer and a steel ball with a force
+        sensor on each tissue.""") + "\n"
 
 
 def main(folder, docs):
