@@ -101,7 +101,7 @@ def page(rows, origin, docs):
     far = [row for row in tried if row.factor() == 0 or not 0.5 <= row.factor() <= 2]
     text = "# Cutting against published experiments\n\n" + paragraph(
         f"""{len(agree)} of the {len(tried)} published results that state their conditions agree with the simulation;
-        {len(far)} are off by more than a factor of two. {len(every) - len(tried)} more results cannot be
+        {len(far)} {'is' if len(far) == 1 else 'are'} off by more than a factor of two. {len(every) - len(tried)} more results cannot be
         simulated, for example because burs do not wear and there is no zirconia.
         `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
         load or feed, and writes this page. Where a condition is unknown, the simulation runs both ends of its range.
