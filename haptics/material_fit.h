@@ -23,10 +23,11 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// η of eq. 14: density per newton. 0: chosen for each moment so that a step removes the fraction `relaxation` of the
-  /// force's difference.
+  /// η of eq. 14, density per newton, for the whole curve. 0: chosen so that a step removes at most the fraction
+  /// `relaxation` of the force's difference.
   double eta = 0;
-  // η g Σw² of eq. 14 (g: simulated force per mean density; w: weights of the spheres). Converges between 0 and 2.
+  // largest η g Σw² of eq. 14 (g: simulated force per mean density; w: weights of the spheres). Converges between 0 and
+  // 2. A step size of its own for each moment would let moments of little contact dominate.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals, each with the curve's mean force
@@ -54,7 +55,8 @@ double adjust_densities(std::span<const std::pair<int, double>> overlap, double 
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Fits the densities along the recorded path. The simulated force of a moment is the one that the motor needs there
-/// (PackingModel). `curve`: name for messages. Throws Error for a curve without contact or an unstable step.
+/// (PackingModel). `curve`: name for messages. Throws Error for a curve without contact, an unstable step, or a fit
+/// that gets worse.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

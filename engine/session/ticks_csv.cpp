@@ -129,7 +129,8 @@ void TicksCsvWriter::finish() {
   partial_.keep();
 }
 
-std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file) {
+std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file,
+                                      std::initializer_list<std::string_view> needed) {
   LineReader in(file, InputKind::kTable);
   std::vector<ServoTick> ticks;
   std::vector<const Column<ServoTick>*> columns;
@@ -143,9 +144,12 @@ std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file) {
       for (const auto& column : tick_columns()) {
         if (!column.in_csv) continue;
         const bool there = std::find(cells.begin(), cells.end(), column.name) != cells.end();
-        if (!there && column.name != "pedal" && !column.added) {
+        const bool must = needed.size() > 0 ? std::find(needed.begin(), needed.end(), column.name) != needed.end()
+                                            : column.name != "pedal" && !column.added;
+        if (!there && must) {
           throw Error(file.string(), fmt::format("line {}", number), fmt::format("no column \"{}\"", column.name),
-                      fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
+                      needed.size() > 0 ? fmt::format("the columns {}", fmt::join(needed, ","))
+                                        : fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
         }
       }
       for (const auto cell : cells) {

@@ -3,8 +3,10 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <initializer_list>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/partial_file.h"
@@ -32,8 +34,9 @@ class TicksCsvWriter {
 };
 
 /// Reads ticks. A missing column (orientation, patch, cuts) gives default values; a missing `index` is the row number.
-/// Throws Error with line and column.
-std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
+/// `needed`: columns that the file must have; empty: all of a session's table. Throws Error with line and column.
+std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file,
+                                      std::initializer_list<std::string_view> needed = {});
 
 /// The columns' names, in the order of the first line.
 std::vector<std::string> ticks_csv_columns();

@@ -1,6 +1,8 @@
 // Friction with stick, creep and slip, without drift.
 #pragma once
 
+#include <algorithm>
+
 #include "engine/base/pose.h"
 
 namespace typodont::haptics {
@@ -29,22 +31,23 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     return dvec3(0);
   }
   if (!state.touching) state = {x, true, false};
-  const double mu = state.slipping ? law.dynamic_coefficient : law.static_coefficient;
-  const double z_max = mu * normal_force / law.stiffness;
-  dvec3 z = x - state.w;
-  z -= glm::dot(z, n) * n;
+  const double z_static = law.static_coefficient * normal_force / law.stiffness;
+  const double z_dynamic = std::min(z_static, law.dynamic_coefficient * normal_force / law.stiffness);
+  const double z_max = state.slipping ? z_dynamic : z_static;
+  const auto tangential = [&](const dvec3& v) { return v - glm::dot(v, n) * n; };
+  dvec3 z = tangential(x - state.w);
   const double length = glm::length(z);
   if (length > z_max) {
+    // From static to dynamic over the distance that it slips, not in one tick.
+    const double before = glm::length(tangential(previous - state.w)), slid = glm::length(tangential(x - previous));
     state.slipping = true;
-    const double kept = std::min(z_max, law.dynamic_coefficient * normal_force / law.stiffness);
-    z *= length > 0 ? kept / length : 0;
+    z *= std::clamp(before - slid, z_dynamic, std::min(z_static, length)) / length;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
     // The adhesion point creeps after the contact at the distance z. α = fraction / z_max rises from 0 at the threshold
     // to half of 1/z_max at break-away, so slow motion also breaks away. Then dynamic friction acts.
     const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
-    dvec3 step = x - previous;
-    step -= glm::dot(step, n) * n;
+    const dvec3 step = tangential(x - previous);
     if (glm::length(step) == 0) {
       state.slipping = false;
     } else {

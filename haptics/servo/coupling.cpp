@@ -157,6 +157,7 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   c.normal_force = c.head_force = c.pressing = size;
   c.pressed = now.normal;
   const TissueMeans mean = tissue_means();
+  if (mean.stiffness > 0) c.relative_stiffness = mean.stiffness / 1000.0;
   if (settings.friction && size > 0 && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     now.force += friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, size, c.friction);
@@ -201,7 +202,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
-  double change = ((now.contact.leading_out ? 0 : measured) - c.rate) * (1 - smooth);
+  const bool led = now.contact.leading_out || motion.leap > 0;  // not the hand's own speed
+  double change = ((led ? 0 : measured) - c.rate) * (1 - smooth);
   if (rough && c.normal_force > 0) {
     const double most = std::min(spare_change(now, depth), P::damper_slew * now.dt) / settings.damping;
     change = std::clamp(change, -most, most);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -114,6 +115,108 @@ TEST(ContactCases, TheRemovedVolumeNeverFallsWhileNothingIsFilled) {
       }
       EXPECT_GT(total(before), 0) << model;
     }
+  }
+}
+
+/// Moves the hand from place to place at constant speed.
+struct Moves {
+  HapticBench& bench;
+  dvec3 at;
+  double pedal = 1;
+  double max_step = 0, max_removed = 0, max_force = 0, min_force_z = 0;  // N, m³, N, N; in one tick
+  int ticks = 0;
+
+  void to(const dvec3& p, double seconds) {
+    const int count = std::max(1, static_cast<int>(std::lround(seconds / bench.settings.tick)));
+    const dvec3 from = at;
+    for (int i = 1; i <= count; ++i, ++ticks) {
+      const dvec3 force = bench.last.f_T_W;
+      const double removed = total(bench.last.removed);
+      at = from + (p - from) * (static_cast<double>(i) / count);
+      bench.tick({at}, pedal);
+      max_step = std::max(max_step, glm::length(bench.last.f_T_W - force));
+      max_removed = std::max(max_removed, total(bench.last.removed) - removed);
+      max_force = std::max(max_force, glm::length(bench.last.f_T_W));
+      min_force_z = std::min(min_force_z, bench.last.f_T_W.z);
+    }
+  }
+};
+
+HapticBench soft_block(ServoSettings settings, const char* tissue = "dentin") {
+  settings.spindle.free_speed = 200 * kKrpm;
+  MaterialTable materials = test::plain_materials();
+  materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 1e9;
+  materials[static_cast<std::size_t>(Tissue::kCaries)] = {300, 1e9, 0.5, 0.4, 2150, dvec3(0.4)};
+  return {haptics::TissueVolume(
+              haptics::read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}",
+                                 "solid": {{"box": {{"center_mm": [0, 0, -2], "size_mm": [10, 8, 4]}}}}}}]}})",
+                                                           tissue),
+                                               "tissue"))),
+          settings, materials};
+}
+
+TEST(ContactCases, TwoEqualDipsRemoveTheSameAndNothingBetweenThem) {
+  for (const char* model : {"offset", "mesh_lod", "vertex"}) {
+    HapticBench bench = soft_block(test::drill_settings(model));
+    Moves hand{bench, {-1.3_mm, 0, 3.6_mm}};
+    double removed[2] = {};
+    for (int dip = 0; dip < 2; ++dip) {
+      const double x = dip == 0 ? -1.3_mm : 1.3_mm, before = total(bench.last.removed);
+      hand.to({x, 0, 3.6_mm}, 1e-3);
+      hand.to({x, 0, 0.7_mm}, 0.5);
+      hand.to({x, 0, 0.3_mm}, 1.0);
+      hand.to({x, 0, 0.3_mm}, 0.1);
+      hand.to({x, 0, 3.6_mm}, 0.4);
+      removed[dip] = total(bench.last.removed) - before;
+    }
+    EXPECT_GT(removed[0], 0.05e-9) << model;
+    EXPECT_NEAR(removed[1], removed[0], 0.03 * removed[0]) << model;
+    EXPECT_LT(hand.max_removed, 0.01e-9) << model;
+  }
+}
+
+TEST(ContactCases, ABurThatStopsInItsOwnHoleComesOutFreely) {
+  for (const char* model : {"offset", "mesh_lod", "vertex"}) {
+    for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kRoundEndCylinder}) {
+      for (const double bur_mm : {0.6, 1.2}) {
+        for (const double depth : {1.3, 1.7, 2.2}) {
+          const double R = bur_mm / 2 * 1.0_mm, length = shape == HeadShape::kSphere ? 2 * R : 5 * R;
+          ServoSettings settings = with_head(test::drill_settings(model), shape, 2 * R, length);
+          HapticBench bench = soft_block(settings);
+          const double half = settings.tool.half();
+          Moves hand{bench, {0, 0, half + 0.1_mm}};
+          hand.to({0, 0, half - depth * R}, depth * bur_mm);
+          hand.to(hand.at, 0.2);
+          hand.pedal = 0;
+          hand.to(hand.at, 0.2);
+          const std::string what = fmt::format("{}, {} {} mm, {}", model, static_cast<int>(shape), bur_mm, depth);
+          EXPECT_LT(bench.last.X_WG.p.z, half - 0.8 * R) << what;
+          EXPECT_GT(bench.last.X_WG.p.z, half - (depth + 0.1) * R) << what;
+          hand.max_force = 0;
+          hand.to(hand.at + dvec3(0.2 * R, 0, R), 0.3);
+          hand.to({0, 0, half + 1.5_mm}, 0.5);
+          EXPECT_LT(hand.max_force, 0.35) << what;
+          EXPECT_EQ(glm::length(bench.last.f_T_W), 0) << what;
+        }
+      }
+    }
+  }
+}
+
+TEST(ContactCases, AProbeSinksIntoCariesWithoutAStepAndIsHeldWhenWithdrawn) {
+  for (const char* model : {"offset", R"({"packing": {"spheres": 2000}})", "mesh_lod", "vertex"}) {
+    ServoSettings settings = test::probe_settings(model);
+    settings.tool.diameter = settings.tool.length = 0.25_mm;
+    settings.tool.cuts = false, settings.tool.sink_yield = 0.3;
+    HapticBench bench = soft_block(settings, "caries");
+    Moves hand{bench, {0, 0, 0.325_mm}};
+    hand.to({0, 0, -1.375_mm}, 1);
+    hand.to(hand.at, 0.5);
+    EXPECT_LT(hand.max_step, 0.02) << model;
+    hand.to({0, 0, 1.6_mm}, 1.5);
+    EXPECT_LT(hand.max_force, 0.6) << model;
+    EXPECT_LT(hand.min_force_z, -0.03) << model;
+    EXPECT_EQ(bench.last.f_T_W, dvec3(0)) << model;
   }
 }
 

@@ -65,6 +65,23 @@ TEST(Friction, StaysInsideCoulombsConeAndInTheTangentPlaneOnAnyPath) {
   }
 }
 
+TEST(Friction, FallsFromStaticToDynamicByNoMoreThanTheSlip) {
+  const FrictionLaw law{0.5, 0.4, 500};
+  for (const double step : {0.1e-6, 2e-6, 20e-6}) {
+    FrictionState state;
+    dvec3 last(0);
+    double most = 0;
+    for (int i = 1; i * step < 3e-3; ++i) {
+      const dvec3 f = friction_force(law, {i * step, 0, 0}, {(i - 1) * step, 0, 0}, {0, 0, 1}, 1.5, state);
+      ASSERT_LE(glm::length(f - last), 2 * law.stiffness * step) << step << ", " << i;
+      most = std::max(most, glm::length(f));
+      last = f;
+    }
+    EXPECT_GT(most, 0.95 * 0.5 * 1.5);
+    EXPECT_NEAR(glm::length(last), 0.4 * 1.5, 1e-9);
+  }
+}
+
 TEST(Friction, IsIsotropic) {
   const FrictionLaw law;
   for (int k = 0; k < 24; ++k) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -66,6 +67,24 @@ void pilot(ImplantSession& s, double mm) {
   s.take(kPilot);
   s.land();
   ASSERT_TRUE(s.drill(mm));
+}
+
+TEST(ImplantModel, ARoundBurCutsNoBoneAboveItsGreatestGrey) {
+  const auto removed = [](double max_grey, double side_mm) {
+    std::vector<Tool> tools = implant_tools();
+    auto implant = std::make_shared<ImplantTool>(*tools[kRound].implant);
+    implant->max_grey = max_grey;
+    tools[kRound].implant = implant;
+    ImplantSession run(bone_block(), implant_settings(R"("implant")", tools));
+    run.take(kRound);
+    run.land();
+    for (int i = 0; i < 1500; ++i) run.tip_at({side_mm * i / 1500, 0, -1.0 * std::min(i, 300) / 300}, 1);
+    return total(run.tick.removed);
+  };
+  for (const double side_mm : {0.0, 2.0}) {
+    EXPECT_EQ(removed(1600, side_mm), 0) << side_mm;  // cortical bone: 1650
+    EXPECT_GT(removed(1700, side_mm), 0.1e-9) << side_mm;
+  }
 }
 
 TEST(ImplantModel, APilotDrillPressedOntoBoneBeginsABedAndDeepensIt) {

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/contact/offset/retreat_path.h"
+#include "haptics/contact/retreat_path.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
 namespace {
 
 using namespace literals;
-using haptics::offset::RetreatPath;
+using haptics::RetreatPath;
 using test::HapticBench;
 
 constexpr const char* kBlock =

@@ -106,6 +106,11 @@ TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   };
   EXPECT_THAT(bad(""), HasSubstr("bad.csv: found an empty file"));
   EXPECT_THAT(bad("t_s,hand_x_mm\n0,1\n"), HasSubstr("line 1: found no column \"hand_y_mm\""));
+  EXPECT_EQ(read_ticks_csv(folder / "bad.csv", {"t_s", "hand_x_mm"}).size(), 1u);
+  EXPECT_THAT(message_of([&] {
+                read_ticks_csv(folder / "bad.csv", {"t_s", "force_x_N"});
+              }),
+              HasSubstr("line 1: found no column \"force_x_N\", expected the columns t_s,force_x_N"));
   EXPECT_THAT(bad(std::string("chalk,").append(good)), HasSubstr("line 1: found column \"chalk\""));
   EXPECT_THAT(bad(std::string("t_s,").append(good)), HasSubstr("line 1: found column \"t_s\" twice"));
   EXPECT_THAT(bad(good + "1,2\n"), HasSubstr("line 5: found 2 cells"));

@@ -30,7 +30,9 @@ struct Options {
 /// Reads a force curve: the columns tool_* and force_*.
 std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   const std::vector<ServoTick> ticks =
-      input.ends_with(".h5") ? session::SessionReader(input).ticks() : session::read_ticks_csv(input);
+      input.ends_with(".h5") ? session::SessionReader(input).ticks()
+                             : session::read_ticks_csv(input, {"t_s", "tool_x_mm", "tool_y_mm", "tool_z_mm",
+                                                               "force_x_N", "force_y_N", "force_z_N"});
   std::vector<haptics::FeedSample> samples;
   samples.reserve(ticks.size());
   for (const ServoTick& tick : ticks) {
@@ -149,7 +151,7 @@ void add_fit_material_command(cli::Command& app) {
       ->check(cli::writes({FileKind::kJson}));
   command->add_option("--plot", options->plot, "picture of the convergence to write (.svg)")
       ->check(cli::writes({FileKind::kDrawing}));
-  command->add_option("--eta", options->eta, "step size, density per newton (default: a stable one for each moment)")
+  command->add_option("--eta", options->eta, "step size, density per newton (default: a stable one)")
       ->check(cli::range(1e-9, 1e9));
   command->add_option("--rounds", options->rounds, "times through the curve")
       ->show_default()

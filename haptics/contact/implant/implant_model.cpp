@@ -183,10 +183,23 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
   last_ = {out.p_WG, out.holds_turn ? out.R_WG : in.X_WT.R};
 }
 
+/// True if tissue below a contact of the last tick is too dense for the tool.
+bool ImplantModel::touches_too_dense() const noexcept {
+  for (int i = 0; i < contacts_.own(); ++i) {
+    const dvec3 p_V = contacts_.below(i);
+    if (!patch_.holds(p_V, 1)) continue;
+    const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
+    const double grey = law_.grey[tissue] + law_.grey_per_hardness[tissue] * hardness_at(patch_, p_V);
+    if (grey > tool().implant->max_grey) return true;
+  }
+  return false;
+}
+
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
   // Outside beds, only a round bur cuts, and not while the difference of the last bed decreases.
-  free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
+  cuts_free_ = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
+  free.cuts = cuts_free_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
     out.p_WG = in.X_WT.p;
@@ -426,8 +439,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     end_bed_motion(in);
     return true;
   }
-  if (!in_bed_)
-    return !blended_ && tool().implant->kind == ImplantToolKind::kRound && OffsetModel::cut(in, contact, cut, energy);
+  if (!in_bed_) return cuts_free_ && OffsetModel::cut(in, contact, cut, energy);
   if (motion_ != Motion::kDrilling) return false;
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }

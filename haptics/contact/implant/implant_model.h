@@ -60,6 +60,7 @@ class ImplantModel final : public offset::OffsetModel {
 
   // Used in the state kFree (Motion).
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
+  bool touches_too_dense() const noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
   // Used in the states 1 to 4 (Motion).
@@ -94,10 +95,11 @@ class ImplantModel final : public offset::OffsetModel {
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;         // result of look_ahead() in this tick
-  double torque_ = 0;    // N·m, low-pass filtered torque about the tool's axis
-  bool seated_ = false;  // true: the implant is at its final position
-  bool placed_ = false;  // true: an implant was placed; the hand holds nothing
+  EndLook look_;            // result of look_ahead() in this tick
+  double torque_ = 0;       // N·m, low-pass filtered torque about the tool's axis
+  bool cuts_free_ = false;  // true: outside beds, the tool cuts in this tick
+  bool seated_ = false;     // true: the implant is at its final position
+  bool placed_ = false;     // true: an implant was placed; the hand holds nothing
 
   // Difference of the pose at the last entering or leaving; decreases to zero.
   dvec3 offset_{0};  // m

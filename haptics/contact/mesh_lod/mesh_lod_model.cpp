@@ -31,6 +31,9 @@ constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
 constexpr double kNoOffset = 1e-12;
 // smallest stiffness of a tissue / stiffness in ServoSettings
 constexpr double kMinStiffness = 1e-3;
+constexpr double kClear = 0.3e-3;  // m from the mesh; beyond, a bur has left its cut
+// 1 - |cos(half the turn since the cut)|; a head that is not a ball may turn so far in its own path
+constexpr double kSameTurn = 1e-4;
 constexpr double kEase = 15;  // N/s, largest rate of a bur's force with resting hand
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
@@ -158,8 +161,8 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // While the tool cuts, or while the snapshot lacks cuts, only the finest level is valid.
-  const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
+  // While the tool cuts or is in its cut, or while the snapshot lacks cuts, only the finest level is valid.
+  const std::size_t count = in.cuts || behind() || in_own_cut_ ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
   level_ = next;
@@ -198,7 +201,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   point().turn_to(in.X_WT.R);
   const bool was_touching = placed_ && point().touching();
-  const bool give = in.cuts || behind();
+  in_own_cut_ = in_own_cut_ && placed_ && (was_touching || point().clearance(grid(), point().place(), kClear) < kClear);
+  const bool give = in.cuts || behind() || in_own_cut_;
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
@@ -220,6 +224,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 before = point().place();
   point().follow(grid(), hip, give);
   out.leading_out = out.leading_out || point().leading_out();
+  withdraw(in, hip);
   hip_ = hip;
   cutting_ = cutting_ && in.cuts && !fresh;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
@@ -238,6 +243,18 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   out.side_normal = wall_normal_;
   out.side_stiffness = wall_stiffness_;
+}
+
+/// Moves a bur that stands still in its own cut back along its path, towards the hand.
+void MeshLodModel::withdraw(const ContactInput& in, const dvec3& hip) noexcept {
+  const double h = settings_.frame.voxel;
+  const dvec3 c = point().place();
+  if (!in_own_cut_) return path_.begin(c / h);
+  path_.add(c / h);
+  if (in.cuts || behind() || !point().touching()) return;
+  if (whole_head(tool_set(settings_)[tool_]) && 1 - std::abs(glm::dot(in.X_WT.R, end_.R)) > kSameTurn) return;
+  const double most = glm::length(in.moved) + kEase * in.dt / settings_.stiffness;
+  point().sink_to(h * path_.withdrawn(c / h, hip / h, most / h));
 }
 
 void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
@@ -309,7 +326,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   made_.add(made_.last() + 1, {removed, c});
   cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
   point().sink_to(to);
-  cutting_ = true;
+  cutting_ = in_own_cut_ = true;
   end_ = end;
   contact.p_WG = to + offset_;
   last_lag_ = contact.p_WG - in.X_WT.p;

@@ -10,6 +10,7 @@
 #include "haptics/contact/mesh_lod/head_contact.h"
 #include "haptics/contact/mesh_lod/mesh_lod_parts.h"
 #include "haptics/contact/mesh_lod/surface_point.h"
+#include "haptics/contact/retreat_path.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -77,6 +78,7 @@ class MeshLodModel final : public ContactModel {
   /// Chooses the level of detail for this tick. Returns true if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
+  void withdraw(const ContactInput& in, const dvec3& hip) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
   void ease(const ContactInput& in, bool give) noexcept;
 
@@ -112,10 +114,12 @@ class MeshLodModel final : public ContactModel {
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
-  dvec3 sunk_from_{0};    // m, start of the first cut that the snapshot lacks
-  bool cutting_ = false;  // true: the bur has cut since it was placed; the next cut begins at end_
-  Pose end_;              // pose of the tool after the last cut
-  bool adopted_ = false;  // true: a snapshot was adopted in this tick
+  dvec3 sunk_from_{0};       // m, start of the first cut that the snapshot lacks
+  bool cutting_ = false;     // true: the bur has cut since it was placed; the next cut begins at end_
+  bool in_own_cut_ = false;  // true from a cut until the head is clear of the mesh
+  RetreatPath path_;         // path while in_own_cut_, voxels
+  Pose end_;                 // pose of the tool after the last cut
+  bool adopted_ = false;     // true: a snapshot was adopted in this tick
   // filtered ratio of measured to estimated removed volume, for the cuts in the last snapshot
   double measured_ = 1;
 };

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "haptics/contact/offset/parameters.h"
-#include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/patch_model.h"
 #include "haptics/contact/proxy/nearest_allowed.h"
 #include "haptics/contact/proxy/non_cutting_contacts.h"
+#include "haptics/contact/retreat_path.h"
 #include "haptics/cutting/cut_front.h"
 #include "haptics/fill.h"
 
@@ -113,6 +113,7 @@ class OffsetModel : public PatchModel {
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
   void follow_hand() noexcept;
   bool lead_back() noexcept;
+  void withdraw(const ContactInput& in) noexcept;
   void watch_retreat(const ContactInput& in) noexcept;
   bool hand_has_left() const noexcept;
   void bridge_missing_patch(const ContactInput& in) noexcept;
@@ -164,6 +165,7 @@ class OffsetModel : public PatchModel {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, position at which contacts hold the proxy
     double held_for = 0;   // s, time near held_at while the hand is far away
+    bool has_cut = false;  // true: the tool has cut since the path began
     bool leading = false;  // true: the proxy is led back along its path
     std::size_t to = 0;    // index of the path point at which leading back ends
     bool wedged = false;   // true: the hand has moved away, but there is no way back

@@ -44,6 +44,7 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
     follow_fall(in);
     move_proxy(in);
     follow_hand();
+    withdraw(in);
     watch_retreat(in);
   }
   bridge_missing_patch(in);
@@ -477,6 +478,16 @@ bool OffsetModel::lead_back() noexcept {
   return true;
 }
 
+/// Moves a bur that stands still in its own cut back along its path, towards the hand.
+void OffsetModel::withdraw(const ContactInput& in) noexcept {
+  using R = RetreatParameters;
+  Step& p = step_;
+  if (in.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
+  const double turned = 1 - std::abs(glm::dot(in.X_WT.R, cut_end_.R));
+  if (tool().shape != HeadShape::kSphere && turned > R::same_turn) return;
+  p.c = retreat_.path.withdrawn(p.c, p.target, R::slew * p.pace_per_slew + glm::length(p.shift));
+}
+
 /// Records the path of a cutting tool. Detects that the hand has moved away while the contacts still hold the proxy.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
@@ -485,6 +496,7 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   if (!settings_.cutting || !tool().cuts || p.lost || p.deep) return;
   const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
   outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
+  retreat_.has_cut = !outside && (retreat_.has_cut || emptied_);
   const dvec3 pull = p.target - p.c, moved = p.c - retreat_.held_at;
   const double least = R::far / voxel(), still = R::still / voxel();
   if (glm::dot(pull, pull) < least * least || glm::dot(moved, moved) > still * still) {

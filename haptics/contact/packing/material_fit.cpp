@@ -104,14 +104,14 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
 
   MaterialFit fit;
   fit.seed = packing.seed, fit.tissue_hash = packing.tissue_hash;
-  for (const Moment& m : moments) {
-    fit.stability =
-        std::max(fit.stability, options.eta > 0 ? stability_of(m.overlap, m.gain, options.eta) : options.relaxation);
-  }
+  double steepest = 0;  // newtons per density
+  for (const Moment& m : moments) steepest = std::max(steepest, stability_of(m.overlap, m.gain, 1));
+  const double eta = options.eta > 0 ? options.eta : options.relaxation / steepest;
+  fit.stability = eta * steepest;
   if (!(fit.stability < 2)) {
     throw Error(std::string(curve), "eta",
-                fmt::format("{:g} density/N, unstable: eta g sum(w^2) = {:.3g}", options.eta, fit.stability),
-                fmt::format("below {:.3g}, where that is 2", options.eta * 2 / fit.stability));
+                fmt::format("{:g} density/N, unstable: eta g sum(w^2) = {:.3g}", eta, fit.stability),
+                fmt::format("below {:.3g}, where that is 2", 2 / steepest));
   }
 
   std::vector<double> rho(packing.size());
@@ -130,8 +130,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   for (int round = 0; round < options.rounds; ++round) {
     fit.error.push_back(mean_square());
     for (const Moment& m : moments) {
-      const double unit = stability_of(m.overlap, m.gain, 1);
-      adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
+      adjust_densities(m.overlap, m.gain, eta, m.measured, rho);
       // Densities are at least zero, which means no resistance.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
@@ -139,6 +138,12 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     if (options.progress) options.progress(static_cast<double>(round + 1) / options.rounds);
   }
   fit.error.push_back(mean_square());
+  if (fit.error.back() > fit.error.front()) {
+    throw Error(
+        std::string(curve), "eta",
+        fmt::format("a mean square error that grew from {:.4g} to {:.4g} N²", fit.error.front(), fit.error.back()),
+        fmt::format("below {:.3g} density/N", eta));
+  }
   for (const Moment& m : moments) {
     fit.t.push_back(m.t), fit.measured.push_back(m.measured), fit.simulated.push_back(simulated(m));
     for (const auto& [i, v] : m.overlap) fit.fitted[static_cast<std::size_t>(i)] = true;

@@ -7,11 +7,11 @@
 
 #include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
-#include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/surface_estimate.h"
+#include "haptics/contact/retreat_path.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics::packing {
@@ -68,12 +68,12 @@ class PackingModel final : public ContactModel {
   dvec3 held_{0};  // m, position that was last returned to the servo
   /// Leads a proxy back that is far from the hand.
   struct Retreat {
-    offset::RetreatPath path;  // recorded path, in units of kPathUnit
-    dvec3 held_at{0};          // m, position at which the proxy is blocked
-    double held_for = 0;       // s, time near held_at while the hand is far away
-    bool leading = false;      // true: the proxy is led back along `path`
-    std::size_t to = 0;        // index of the path point at which leading back ends
-    bool wedged = false;       // true: the hand is far away, and there is no way back
+    RetreatPath path;      // recorded path, in units of kPathUnit
+    dvec3 held_at{0};      // m, position at which the proxy is blocked
+    double held_for = 0;   // s, time near held_at while the hand is far away
+    bool leading = false;  // true: the proxy is led back along `path`
+    std::size_t to = 0;    // index of the path point at which leading back ends
+    bool wedged = false;   // true: the hand is far away, and there is no way back
   } retreat_;
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed

@@ -1,8 +1,8 @@
-#include "haptics/contact/offset/retreat_path.h"
+#include "haptics/contact/retreat_path.h"
 
 #include <algorithm>
 
-namespace typodont::haptics::offset {
+namespace typodont::haptics {
 
 namespace {
 
@@ -58,4 +58,20 @@ std::size_t RetreatPath::nearest(const dvec3& target, double within) const noexc
   return best;
 }
 
-}  // namespace typodont::haptics::offset
+dvec3 RetreatPath::withdrawn(dvec3 c, const dvec3& target, double max_step) noexcept {
+  while (max_step > 0 && !points_.empty()) {
+    const dvec3 way = points_.back() - c, pull = target - c;
+    const double length = glm::length(way), along = glm::dot(way, pull);
+    if (length > kSpacing) {
+      if (along < kTowards * length * glm::length(pull)) break;
+      const double step = std::min({length, along / length, max_step});
+      c += way * (step / length);
+      max_step -= step;
+      if (step < length) break;
+    }
+    drop_last();
+  }
+  return c;
+}
+
+}  // namespace typodont::haptics
