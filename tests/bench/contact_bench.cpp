@@ -122,6 +122,32 @@ void add_slides(double voxel_mm) {
   }
 }
 
+/// A ball slides around the rim of a bore at 20 mm/s, 0.2 mm deep, and tilts across the rim. Times are those of every
+/// tick.
+void slide_on_rim(benchmark::State& state, double voxel_mm) {
+  constexpr double kRim = 1e-3;  // m, radius of the bore
+  const dvec3 center(0, 0, std::sqrt(kBallRadius * kBallRadius - kRim * kRim));
+  const auto normal = [&](int tick) {
+    const double around = 0.02 * 1e-3 * tick / kRim, tilt = 0.5 * std::sin(3e-3 * tick) - 0.5;
+    return dvec3(std::sin(tilt) * std::cos(around), std::sin(tilt) * std::sin(around), std::cos(tilt));
+  };
+  std::vector<double> errors;
+  set_times(state, least_of([&] {
+              errors.clear();
+              test::HapticBench scene = scene_of(haptics::TissueVolume(tissue(kBore, voxel_mm)), probe("offset"));
+              const std::vector<double> times =
+                  servo_times(scene, 0, smoke() ? 200 : 5000, [&](int i, const auto& last) {
+                    if (i > kApproach) errors.push_back(degrees_between(last.f_T_W, normal(i - 1)));
+                    const double around = 0.02 * 1e-3 * i / kRim;
+                    const dvec3 rim = center + kRim * dvec3(std::cos(around), std::sin(around), 0);
+                    return Pose{rim + (kHead - 2e-4 + 1e-3 * std::max(0.0, 1 - i / 40.0)) * normal(i)};
+                  });
+              return std::vector<double>(times.begin() + kApproach, times.end());
+            }));
+  state.counters["direction_median_deg"] = quantile(errors, 0.5);
+  state.counters["direction_max_deg"] = quantile(errors, 1);
+}
+
 /// A query of the field: its time, and the error of its direction.
 template <class Sample>
 double query(benchmark::State& state, double voxel_mm, Sample sample) {
@@ -289,6 +315,8 @@ void add_cases() {
   for (const double voxel_mm : {0.2, 0.1, 0.05}) {
     add_slides(voxel_mm);
     add_removals(voxel_mm);
+    add(fmt::format("slide on a rim/voxel {:g} mm", voxel_mm),
+        [=](benchmark::State& state) { slide_on_rim(state, voxel_mm); });
   }
   const auto linear = std::make_shared<double>(0);
   add("query/trilinear/voxel 0.1 mm",

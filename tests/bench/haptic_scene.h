@@ -14,6 +14,8 @@
 namespace typodont::bench {
 
 inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
+inline constexpr std::string_view kBore = R"([{"tissue": "enamel", "solid": {"difference": [
+  {"sphere": {"radius_mm": 4}}, {"cylinder": {"center_mm": [0, 0, 4], "radius_mm": 1, "height_mm": 6}}]}}])";
 inline constexpr std::string_view kBlock = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
 inline constexpr double kBallRadius = 4e-3, kBlockTop = 2e-3;  // m
 inline constexpr double kSpecificEnergy = 8e9;                 // J/m³

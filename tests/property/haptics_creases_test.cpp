@@ -174,14 +174,7 @@ TEST(Creases, ABallRestsOnEdgesRimsAndCornersWithin2PercentAndATenthOfAVoxel) {
     Random random(seed);
     for (const Case& c : cases(random)) {
       for (const double voxel : {0.1_mm, 0.05_mm}) {
-        const Errors errors = press_ball(c, voxel);
-        if (c.name == "corner of a box between voxels" && voxel == 0.1_mm) {
-          // Known gap (docs/contact.md): the third sheet of a few corners is not found.
-          EXPECT_LT(errors.median_direction(), 0.2);
-          EXPECT_LT(Errors::quantile(errors.direction, 0.9), 2);
-        } else {
-          expect_exact(errors, c.name);
-        }
+        expect_exact(press_ball(c, voxel), c.name);
       }
     }
   }
@@ -257,6 +250,178 @@ TEST(Creases, TheSideOfACylinderRestsOnEdgesAndRims) {
     const Errors errors = press_all(bench, 0.1_mm, 0.5_mm, c.presses, 0);
     errors.print("side of a cylinder on " + c.name);
     expect_exact(errors, c.name);
+  }
+}
+
+/// A surface with an outward normal and its solid as JSON: ball, cylinder, half-space, or the outside of the first two.
+struct Sheet {
+  enum Kind { kBall, kCylinder, kHalfSpace } kind = kBall;
+  dvec3 center{0}, axis{0, 0, 1};  // m; unit vector, of a half-space outwards
+  double radius = 0;               // m
+  double sign = 1;                 // -1: the outside is tissue
+
+  double distance(const dvec3& x, dvec3& n) const {
+    dvec3 d = x - center;
+    if (kind == kHalfSpace) {
+      n = axis;
+      return glm::dot(d, axis);
+    }
+    if (kind == kCylinder) d -= glm::dot(d, axis) * axis;
+    n = sign * glm::normalize(d);
+    return sign * (glm::length(d) - radius);
+  }
+  std::string json() const {
+    const dvec3 c = center / 1.0_mm;
+    if (kind == kHalfSpace) {
+      return fmt::format(R"({{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": {}}}}})", axis.x, axis.y, axis.z,
+                         glm::dot(c, axis));
+    }
+    return kind == kBall ? fmt::format(R"({{"sphere": {{"center_mm": [{}, {}, {}], "radius_mm": {}}}}})", c.x, c.y, c.z,
+                                       radius / 1.0_mm)
+                         : fmt::format(R"({{"cylinder": {{"center_mm": [{}, {}, {}], "axis": [{}, {}, {}],
+                                         "radius_mm": {}, "height_mm": 30}}}})",
+                                       c.x, c.y, c.z, axis.x, axis.y, axis.z, radius / 1.0_mm);
+  }
+};
+
+/// A ball, cut by half-spaces, with balls and cylinders taken off.
+struct RandomSolid {
+  std::vector<Sheet> sheets;
+
+  explicit RandomSolid(Random& random) {
+    std::normal_distribution<double> normal;
+    const auto direction = [&] { return glm::normalize(dvec3(normal(random), normal(random), normal(random))); };
+    sheets.push_back({Sheet::kBall, dvec3(0), {0, 0, 1}, uniform(random, 3.0_mm, 4.0_mm), 1});
+    for (int i = 0; i < 3; ++i) {
+      const dvec3 n = direction();
+      sheets.push_back({Sheet::kHalfSpace, uniform(random, 1.2_mm, 2.6_mm) * n, n, 0, 1});
+    }
+    for (int i = 0; i < 2; ++i) {
+      const Sheet::Kind kind = random() % 2 == 0 ? Sheet::kBall : Sheet::kCylinder;
+      sheets.push_back(
+          {kind, uniform(random, 2.0_mm, 4.0_mm) * direction(), direction(), uniform(random, 1.0_mm, 2.0_mm), -1});
+    }
+  }
+  /// Lower bound of the distance, exact inside and at smooth places.
+  double distance(const dvec3& x) const {
+    double most = -1;
+    dvec3 n;
+    for (const Sheet& sheet : sheets) most = std::max(most, sheet.distance(x, n));
+    return most;
+  }
+  std::string json() const {
+    std::string kept, all;
+    for (const Sheet& sheet : sheets) {
+      if (sheet.sign > 0) kept += (kept.empty() ? "" : ", ") + sheet.json();
+    }
+    all = fmt::format(R"({{"intersection": [{}]}})", kept);
+    for (const Sheet& sheet : sheets) {
+      if (sheet.sign < 0) all = fmt::format(R"({{"difference": [{}, {}]}})", all, sheet.json());
+    }
+    return all;
+  }
+};
+
+/// A place where `count` sheets meet, a direction within their normals, and room for the head there and above. The head
+/// is a ball, or a cylinder with round ends across the direction.
+bool find_press(Random& random, const RandomSolid& solid, int count, double r, double length, Press& press) {
+  constexpr double kClear = 0.4_mm;
+  std::vector<int> chosen;
+  while (static_cast<int>(chosen.size()) < count) {
+    const int i = static_cast<int>(random() % solid.sheets.size());
+    // Not certainly stable: a long head in a bore.
+    if (length > 2 * r && solid.sheets[static_cast<std::size_t>(i)].sign < 0) return false;
+    if (std::ranges::find(chosen, i) == chosen.end()) chosen.push_back(i);
+  }
+  std::normal_distribution<double> normal;
+  dvec3 x = 3.0_mm * glm::normalize(dvec3(normal(random), normal(random), normal(random))), n[3];
+  double worst = 1;
+  for (int step = 0; step < 300 && worst > 1e-13; ++step) {
+    worst = 0;
+    for (int k = 0; k < count; ++k) {
+      const double d = solid.sheets[static_cast<std::size_t>(chosen[static_cast<std::size_t>(k)])].distance(x, n[k]);
+      x -= d * n[k];
+      worst = std::max(worst, std::abs(d));
+    }
+  }
+  if (worst > 1e-9) return false;
+  for (std::size_t i = 0; i < solid.sheets.size(); ++i) {
+    dvec3 unused;
+    if (std::ranges::find(chosen, static_cast<int>(i)) == chosen.end() && solid.sheets[i].distance(x, unused) > -kClear)
+      return false;
+  }
+  for (int k = 0; k < count; ++k) {
+    for (int j = 0; j < k; ++j) {
+      if (glm::dot(n[j], n[k]) > 0.9 || glm::dot(n[j], n[k]) < -0.6) return false;
+    }
+  }
+  if (count == 3 && std::abs(glm::dot(n[0], glm::cross(n[1], n[2]))) < 0.25) return false;
+  dvec3 sum(0);
+  for (int k = 0; k < count; ++k) sum += uniform(random, 0.15, 1) * n[k];
+  press.p = x, press.n = glm::normalize(sum);
+  const dvec3 along = glm::normalize(glm::cross(press.n, dvec3(normal(random), normal(random), normal(random))));
+  press.R = glm::quat_cast(glm::dmat3(press.n, glm::cross(along, press.n), along));
+  // Samples of the head: none nearer than half a voxel, but at the contact.
+  constexpr int kSamples = 400;
+  for (double height = r; height < 12.0_mm; height += 0.1_mm) {
+    for (int i = 0; i < kSamples; ++i) {
+      const double z = 1 - (2 * i + 1.0) / kSamples, a = 2.399963 * i, w = std::sqrt(1 - z * z);
+      const dvec3 d(w * std::cos(a), w * std::sin(a), z);
+      const double end = length / 2 - r, shift = end * std::clamp(3 * z, -1.0, 1.0);
+      const dvec3 q = x + height * press.n + r * d + shift * along;
+      if (glm::length(q - x) > kClear && solid.distance(q) < 0.05_mm) return false;
+      if (solid.distance(q) < -1e-9) return false;
+    }
+  }
+  return true;
+}
+
+TEST(Creases, HeadsRestOnRandomSolidsInAnyPose) {
+  for (const double voxel : {0.1_mm, 0.05_mm}) {
+    for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kRoundEndCylinder}) {
+      Errors all[3];
+      for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+        Random random(seed);
+        const RandomSolid solid(random);
+        const double r = uniform(random, 0.3_mm, 0.8_mm), length = shape == HeadShape::kSphere ? 2 * r : 5 * r;
+        ServoSettings s = probe(2 * r);
+        s.tool.shape = shape, s.tool.length = length;
+        HapticBench bench(tissue(solid.json(), voxel), s);
+        std::vector<Press> presses;
+        std::vector<std::size_t> sheets;  // that meet, less one
+        for (std::size_t count = 1; count <= 3; ++count) {
+          int found = 0;
+          for (int tries = 0; tries < 20'000 && found < 12; ++tries) {
+            Press press;
+            if (!find_press(random, solid, static_cast<int>(count), r, length, press)) continue;
+            presses.push_back(press), sheets.push_back(count - 1), ++found;
+          }
+        }
+        const Errors errors = press_all(bench, voxel, r, presses, 0);
+        for (std::size_t i = 0; i < presses.size(); ++i) {
+          Errors& of = all[sheets[i]];
+          of.direction.push_back(errors.direction[i]);
+          of.force.push_back(errors.force[i]);
+          of.position.push_back(errors.position[i]);
+        }
+      }
+      const char* const names[] = {"faces", "edges", "corners"};
+      for (int k = 0; k < 3; ++k) {
+        const std::string name =
+            fmt::format("{} of random solids, head {}, {} mm", names[k], static_cast<int>(shape), voxel / 1.0_mm);
+        ASSERT_FALSE(all[k].direction.empty()) << name;
+        all[k].print(name);
+        if (k == 0) expect_exact(all[k], name);
+        if (k == 1) {
+          EXPECT_LT(Errors::quantile(all[k].direction, 1), 2) << name;
+        }
+        // Known gap (docs/contact.md): in one corner of a hundred, a sheet is missed.
+        EXPECT_LT(all[k].median_direction(), 0.2) << name;
+        EXPECT_LT(Errors::quantile(all[k].direction, 0.95), 2) << name;
+        EXPECT_LT(Errors::quantile(all[k].force, 0.95), 0.02) << name;
+        EXPECT_LT(Errors::quantile(all[k].position, 0.95), 0.1) << name;
+      }
+    }
   }
 }
 

@@ -64,6 +64,7 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       std::clamp(volume / (4 * kPi / 3 * (std::pow(filling_.radius, 3) - std::pow(before, 3))), P::buried, 1.0);
   filling_.idle = !(filling_.free_fraction > P::buried);
   if (!changed) return false;
+  contacts_.forget_creases();
   front_.forget();
   cut_tool_ = tool_;
   CutLog::Made made{

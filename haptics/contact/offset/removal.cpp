@@ -34,6 +34,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
+  contacts_.forget_creases();
   cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
   for (std::size_t i = 1; i < removed.size(); ++i) {
     cut.removed[i] = removed[i] * h * h * h;
@@ -81,6 +82,7 @@ void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   // After undo or redo, the snapshot contains all valid cuts, so a waiting cut is dropped.
   if (strokes_edited) emptied_ = retreat_.has_cut = false, coarse_.waits = 0;
   if (!known) front_.forget();
+  contacts_.forget_creases();
   // The new coarse patch comes from the volume, which was cut in shorter steps, so its front is not valid.
   coarse_front_.forget();
   smooth().forget();

@@ -74,7 +74,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
       std::abs(sample_linear(patch, below) + O::depth_below) > O::foot_tolerance) {
     dvec3 foot = c - distance * n;
     ContactPlane edge;
-    if (patch.holds(foot, 0) && touch_crease(patch, {c, {}}, foot, edge) &&
+    if (patch.holds(foot, 0) && touch_crease(patch, {c, {}}, foot, set.known_, edge) &&
         std::abs(edge.gap + radius_ - distance) < O::foot_tolerance) {
       distance = edge.gap + radius_;
       n = edge.n;
@@ -279,7 +279,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   // Moves the contact onto the surface, then along it towards the head while the gap decreases. With constant
   // curvature, these steps form a geometric series, so the fine refinement extrapolates its sum (secant method).
   ContactPlane best = rough;
-  if (fine && set.creases_ && rough.crease && touch_crease(patch, X_VT, rough.x, best)) {
+  if (fine && set.creases_ && rough.crease && touch_crease(patch, X_VT, rough.x, set.known_, best)) {
     set.put(i, X_VT.p, best);
     return true;
   }
@@ -318,7 +318,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     x += gain * slide;
   }
   if (best.gap >= rough.gap + 0.5) best = rough;
-  if (fine && set.creases_ && !is_smooth_at(patch, best.x)) touch_crease(patch, X_VT, best.x, best);
+  if (fine && set.creases_ && !is_smooth_at(patch, best.x)) touch_crease(patch, X_VT, best.x, set.known_, best);
   if (set.projects_out_ && best.gap < 0 && same(set.emptied_, X_VT)) {
     best.x += best.gap * best.n;
     best.gap = 0;
@@ -475,15 +475,26 @@ bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X
 
 /// Finds the contact of the head with a convex edge, rim or corner of the tissue near a point. Returns false if there
 /// is none.
-bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near,
+bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
                                  ContactPlane& plane) const noexcept {
   dvec3 x = near;
   if (!descend(patch, X_VT, x) || !patch.holds(x, 0)) return false;
+  if (const Crease* crease = known.find(x); crease && touch(patch, *crease, X_VT, x, plane)) return true;
+  dvec3 n;
+  head_distance(X_VT, x, n);
+  Crease crease;
+  if (!find_crease(patch, x, -n, crease) || !touch(patch, crease, X_VT, x, plane)) return false;
+  known.add(x, crease);
+  return true;
+}
+
+/// Finds the contact of the head with a crease near x, a point of the interpolated surface. Returns false if samples
+/// contradict it.
+bool ContactFinder::touch(const SurfacePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
+                          ContactPlane& plane) const noexcept {
   ContactPlane found = plane;
   found.crease = true;
   const double gap = head_distance(X_VT, x, found.n);
-  Crease crease;
-  if (!find_crease(patch, x, -found.n, crease)) return false;
   // The tissue inside the sheets is convex, so the first point that fulfils all conditions is the nearest one.
   const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
   bool touches = false;

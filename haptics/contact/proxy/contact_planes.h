@@ -15,8 +15,6 @@
 namespace typodont::haptics {
 
 struct HeadSamples;
-struct Crease;
-struct Sheet;
 
 /// Finds the contacts of one head. The object is created at set-up. All its other functions may be called on the servo
 /// thread.
@@ -69,7 +67,10 @@ class ContactFinder {
                   ContactSet& set) const noexcept;
   void find_between_samples(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
   bool descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
-  bool touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, ContactPlane& plane) const noexcept;
+  bool touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
+                    ContactPlane& plane) const noexcept;
+  bool touch(const SurfacePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
+             ContactPlane& plane) const noexcept;
   bool touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "engine/base/pose.h"
+#include "haptics/contact/proxy/crease.h"
 
 namespace typodont::haptics {
 
@@ -57,7 +57,10 @@ class ContactSet {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
+  /// Removes all contacts.
   void clear() noexcept;
+  /// Call it when the tissue has changed.
+  void forget_creases() noexcept { known_.forget(); }
   const RoughPlanes& rough() const { return rough_; }
   /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
   /// leave the tissue (see ContactFinder::find_way_out()).
@@ -90,6 +93,7 @@ class ContactSet {
   bool projects_out_ = false;
   Pose emptied_;  // voxels, pose at which the head has removed all tissue inside it; valid if projects_out_ is true
   RoughPlanes rough_{};
+  KnownCreases known_;
   std::array<Exact, kExact> exact_;
 };
 

@@ -291,6 +291,20 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
 
 }  // namespace
 
+const Crease* KnownCreases::find(const dvec3& x) const noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const dvec3 off = known_[i].x - x;
+    if (glm::dot(off, off) < C::reuse * C::reuse) return &known_[i].crease;
+  }
+  return nullptr;
+}
+
+void KnownCreases::add(const dvec3& x, const Crease& crease) noexcept {
+  count_ = std::min(count_ + 1, kMost);
+  std::move_backward(known_, known_ + count_ - 1, known_ + count_);
+  known_[0] = {x, crease};
+}
+
 bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept {
   return std::ranges::any_of(C::aside, [&](double aside) { return find_sheets(patch, x, n, aside, crease); });
 }

@@ -31,6 +31,25 @@ struct Crease {
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
+/// The creases of the last contacts, so that a resting or sliding head needs no new search. Servo thread only.
+class KnownCreases {
+ public:
+  /// Returns the last one that was found near x (voxels), or null.
+  const Crease* find(const dvec3& x) const noexcept;
+  void add(const dvec3& x, const Crease& crease) noexcept;
+  /// Call it when the tissue has changed.
+  void forget() noexcept { count_ = 0; }
+
+ private:
+  static constexpr int kMost = 4;
+  struct Known {
+    dvec3 x{0};
+    Crease crease;
+  };
+  Known known_[kMost];  // newest first
+  int count_ = 0;
+};
+
 /// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x
 /// to the head. Returns false if the surface is smooth or concave, or if samples contradict the sheets.
 bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;

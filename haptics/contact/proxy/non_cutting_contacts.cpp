@@ -88,6 +88,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
 void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
                               bool shank) noexcept {
   if (!patch.covers(X.p, part.finder.reach() + 1)) return;
+  set_.forget_creases();  // of another part
   part.finder.find(patch, X, near, set_);
   if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
     part.finder.find_way_out(patch, X, set_);

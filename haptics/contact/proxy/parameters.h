@@ -89,7 +89,7 @@ struct HeadSampleParameters {
 
 /// Parameters of the sheets that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
-  static constexpr int directions = 12;  // directions in which the surface beside the crease is searched
+  static constexpr int directions = 24;  // directions in which the surface beside the crease is searched
   // Distances of the search from the crease; the first one is usually enough.
   static constexpr double aside[] = {4, 6.5, 5};
   static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
@@ -112,6 +112,7 @@ struct CreaseParameters {
   // A place belongs to a third sheet if it is this far below two sheets, or if the cosine between its normal and their
   // line is larger.
   static constexpr double missed_below = 0.6, along_line = 0.3;
+  static constexpr double reuse = 1;  // distance from the place of its search within which a crease is used again
   static constexpr double converged = 1e-9;
   static constexpr double min_angle = 1e-4;  // determinant of normals below which sheets do not meet
   static constexpr int newton_steps = 8;
