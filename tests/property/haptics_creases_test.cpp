@@ -425,5 +425,36 @@ TEST(Creases, HeadsRestOnRandomSolidsInAnyPose) {
   }
 }
 
+TEST(Creases, ABallThatSlidesOverRandomSolidsRestsOnThemInEveryTick) {
+  constexpr double kVoxel = 0.1_mm;
+  constexpr int kSamples = 3000;
+  double deepest = 0, farthest = 0;
+  for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+    Random random(seed);
+    const RandomSolid solid(random);
+    const double r = uniform(random, 0.3_mm, 0.8_mm), speed = uniform(random, 0.004_mm, 0.04_mm);
+    HapticBench bench(tissue(solid.json(), kVoxel), probe(2 * r));
+    const dvec3 around = glm::normalize(dvec3(1, uniform(random, -1, 1), uniform(random, -1, 1)));
+    bench.tick({{0, 0, 8.0_mm}});
+    int touching = 0;
+    for (int i = 0; i < 6000; ++i) {
+      const dvec3 c = bench.last.X_WG.p, out = glm::normalize(c);
+      bench.tick({c - kDepth * out + speed * glm::normalize(glm::cross(around + 0.3 * std::sin(2e-3 * i) * out, out))});
+      if (bench.last.f_T_W == dvec3(0) || i % 5 != 0) continue;
+      ++touching;
+      double gap = 1;  // m, of the nearest sample
+      for (int k = 0; k < kSamples; ++k) {
+        const double z = 1 - (2 * k + 1.0) / kSamples, a = 2.399963 * k, w = std::sqrt(1 - z * z);
+        gap = std::min(gap, solid.distance(bench.last.X_WG.p + r * dvec3(w * std::cos(a), w * std::sin(a), z)));
+      }
+      deepest = std::max(deepest, -gap / kVoxel), farthest = std::max(farthest, gap / kVoxel);
+    }
+    EXPECT_GT(touching, 500) << seed;
+  }
+  fmt::print("at most {:.2g} voxel deep and {:.2g} voxel away\n", deepest, farthest);
+  EXPECT_LT(deepest, 0.1);
+  EXPECT_LT(farthest, 0.1);
+}
+
 }  // namespace
 }  // namespace typodont

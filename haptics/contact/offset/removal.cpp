@@ -81,8 +81,10 @@ void OffsetModel::finish_coarse() noexcept {
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   // After undo or redo, the snapshot contains all valid cuts, so a waiting cut is dropped.
   if (strokes_edited) emptied_ = retreat_.has_cut = false, coarse_.waits = 0;
-  if (!known) front_.forget();
-  contacts_.forget_creases();
+  if (!known) {
+    front_.forget();
+    contacts_.forget_creases();
+  }
   // The new coarse patch comes from the volume, which was cut in shorter steps, so its front is not valid.
   coarse_front_.forget();
   smooth().forget();

@@ -112,6 +112,44 @@ bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, do
 bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
                          bool& alone) const noexcept {
   if (!sphere_ || !patch.holds(target, O::depth_below + S::hand_depth)) return false;
+  alone = seat_on_crease(patch, target, c, seated, set);
+  return alone || seat_on_wall(patch, target, c, seated, set, alone);
+}
+
+/// The same at the crease of the last contact, if no other tissue is near.
+bool ContactFinder::seat_on_crease(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+                                   ContactSet& set) const noexcept {
+  const Crease* crease = set.known_.last();
+  if (!crease || !samples_->cover.empty() || glm::length(set.known_.place() - c) > radius_ + CreaseParameters::followed)
+    return false;
+  ContactPlane plane;
+  const auto touches = [&](const dvec3& x) {
+    return crease && crease->above(target) > S::min_height && touch(patch, *crease, {target, {}}, x, plane);
+  };
+  if (!touches(set.known_.place())) return false;
+  if (glm::length(plane.x - set.known_.place()) > CreaseParameters::reused) {
+    const dvec3 x = plane.x;
+    crease = set.known_.find(patch, x);
+    if (!touches(x)) return false;
+  }
+  seated = target - plane.gap * plane.n;
+  if (plane.gap > 0 || glm::length(seated - c) > kMaxSeated || !patch.holds(seated, radius_ + 1)) return false;
+  // Other tissue at the ball?
+  const Found found = samples_->look_around(patch, {seated, {}}, static_cast<float>(S::near), set.rough_);
+  for (int i = 0; i < found.count; ++i) {
+    const dvec3 x = seated + dvec3(set.rough_.x[i], set.rough_.y[i], set.rough_.z[i]);
+    if (std::abs(crease->above(x)) > S::off_crease) return false;
+  }
+  plane.gap = 0;
+  set.clear();
+  set.origin_ = seated;
+  set.put(0, seated, plane);
+  set.count_ = 1;
+  return true;
+}
+
+bool ContactFinder::seat_on_wall(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+                                 ContactSet& set, bool& alone) const noexcept {
   FieldSample at = sample_cubic(patch, target);
   double slope = glm::length(at.gradient);
   if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
@@ -479,7 +517,7 @@ bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, co
                                  ContactPlane& plane) const noexcept {
   dvec3 x = near;
   if (!descend(patch, X_VT, x) || !patch.holds(x, 0)) return false;
-  if (const Crease* crease = known.find(x); crease && touch(patch, *crease, X_VT, x, plane)) return true;
+  if (const Crease* crease = known.find(patch, x); crease && touch(patch, *crease, X_VT, x, plane)) return true;
   dvec3 n;
   head_distance(X_VT, x, n);
   Crease crease;

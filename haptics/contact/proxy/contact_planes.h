@@ -33,7 +33,8 @@ class ContactFinder {
             bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall
-  /// stops it; otherwise returns false. `alone`: no other tissue is near; `set` contains this contact.
+  /// or a known crease stops it; otherwise returns false. `alone`: no other tissue is near; `set` contains this
+  /// contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   // voxels, largest distance of the ball's computed position from `c`
@@ -73,6 +74,10 @@ class ContactFinder {
              ContactPlane& plane) const noexcept;
   bool touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
+  bool seat_on_crease(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+                      ContactSet& set) const noexcept;
+  bool seat_on_wall(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+                    bool& alone) const noexcept;
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
   bool find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;

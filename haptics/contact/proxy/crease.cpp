@@ -289,14 +289,45 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
       around, [&](const Place& place) { return place.landed && crease.above(place.at.x) < -C::missed_below; });
 }
 
+/// Fits the sheets of a crease again, near its point x. Returns false if that fails.
+bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept {
+  Fitted known[Crease::kMost];
+  Groups groups;
+  for (; groups.count < crease.count; ++groups.count) {
+    known[groups.count].sheet = crease.sheet[groups.count];
+    groups.first[groups.count] = &known[groups.count];
+  }
+  Crease fresh = crease;
+  for (int k = 0; k < crease.count; ++k) {
+    Landing on;
+    on.x = x - crease.sheet[k].distance(x, on.n) * on.n;
+    const auto fits = [&](double farther) {
+      Fitted fitted;
+      if (!fit_beyond(patch, on, groups.away(x, k), farther, fitted)) return false;
+      dvec3 n;
+      if (std::abs(fitted.sheet.distance(on.x, n)) > C::same_sheet || clearance(fitted, x, groups, k) < C::clear)
+        return false;
+      fresh.sheet[k] = fitted.sheet;
+      return true;
+    };
+    if (!std::ranges::any_of(C::aside_followed, fits)) return false;
+  }
+  crease = fresh;
+  return true;
+}
+
 }  // namespace
 
-const Crease* KnownCreases::find(const dvec3& x) const noexcept {
-  for (int i = 0; i < count_; ++i) {
-    const dvec3 off = known_[i].x - x;
-    if (glm::dot(off, off) < C::reuse * C::reuse) return &known_[i].crease;
+const Crease* KnownCreases::find(const SurfacePatch& patch, const dvec3& x) noexcept {
+  Known* const near =
+      std::find_if(known_, known_ + count_, [&](const Known& known) { return glm::length(known.x - x) < C::followed; });
+  if (near == known_ + count_) return nullptr;
+  if (glm::length(near->x - x) > C::reused) {
+    if (!follow(patch, x, near->crease)) return nullptr;
+    near->x = x;
   }
-  return nullptr;
+  if (near != known_) std::rotate(known_, near, near + 1);
+  return &known_[0].crease;
 }
 
 void KnownCreases::add(const dvec3& x, const Crease& crease) noexcept {

@@ -31,22 +31,25 @@ struct Crease {
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
-/// The creases of the last contacts, so that a resting or sliding head needs no new search. Servo thread only.
+/// The creases of the last contacts. A head that slides along a crease needs no new search. Servo thread only.
 class KnownCreases {
  public:
-  /// Returns the last one that was found near x (voxels), or null.
-  const Crease* find(const dvec3& x) const noexcept;
+  /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
+  const Crease* find(const SurfacePatch& patch, const dvec3& x) noexcept;
   void add(const dvec3& x, const Crease& crease) noexcept;
+  /// The crease of the last contact, near place(); null: none.
+  const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
+  const dvec3& place() const noexcept { return known_[0].x; }
   /// Call it when the tissue has changed.
   void forget() noexcept { count_ = 0; }
 
  private:
   static constexpr int kMost = 4;
   struct Known {
-    dvec3 x{0};
+    dvec3 x{0};  // near this place
     Crease crease;
   };
-  Known known_[kMost];  // newest first
+  Known known_[kMost];  // last used first
   int count_ = 0;
 };
 

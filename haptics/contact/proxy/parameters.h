@@ -22,6 +22,10 @@ struct WallSeatParameters {
   // Voxels; the ball's position is computed directly only if the hand is at most this deep below the surface that stops
   // the ball.
   static constexpr double hand_depth = 4;
+  static constexpr double min_height = 0.5;  // voxels, smallest distance of the hand from a crease's sheets
+  // Voxels. A contact nearer than `near` to a ball on a crease is other tissue if it is farther than `off_crease` from
+  // the crease's sheets.
+  static constexpr double near = 0.05, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is less
   static constexpr double aligned = 1e-8;
   static constexpr int iterations = 6;  // largest number of steps along a wall to the ball
@@ -112,7 +116,10 @@ struct CreaseParameters {
   // A place belongs to a third sheet if it is this far below two sheets, or if the cosine between its normal and their
   // line is larger.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  static constexpr double reuse = 1;  // distance from the place of its search within which a crease is used again
+  // Distances from the place of the last fit within which a crease is used again, and within which its sheets are
+  // fitted again without a search.
+  static constexpr double reused = 1, followed = 3;
+  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
   static constexpr double converged = 1e-9;
   static constexpr double min_angle = 1e-4;  // determinant of normals below which sheets do not meet
   static constexpr int newton_steps = 8;
