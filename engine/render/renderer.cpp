@@ -285,7 +285,6 @@ struct Renderer::Impl {
       ++frames;
     }
     stats.frames = frames;
-    stats.gpu_ms = timer.ms;
     for (VkPipeline p :
          {shadow.pipeline, tool.pipeline, tool.handpiece_pipeline, background.pipeline, particles.pipeline,
           particles.cloud_pipeline, particles.streak_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
@@ -531,17 +530,21 @@ struct Renderer::Impl {
       shadow_light = data.light_from_world;
     }
 
+    timer.mark(commands, FramePart::kShadow);
     if (frame.cloud) frame.cloud->record(commands, slot);
     stats.film_bytes = film.record(device, commands, slot);
     tissue_light.record(device, commands, slot);
+    timer.mark(commands, FramePart::kUploads);
 
     if (reflects) draw_reflection(commands, mirrored, glass, slot, stats);
+    timer.mark(commands, FramePart::kMirror);
 
     const std::vector<DrawGroup> groups =
         bricks.visible(device, slot, frame, bricks.indirect, stats, partly ? &tiles : nullptr);
     const gpu::Image& target = targets.scene();
     targets.begin(commands, target, partly);
-    const int scene_passes = context.view_mask ? 1 : frame.views;
+    const int scene_passes = context.view_mask ? 1 : frame.views, pass_views = frame.views / scene_passes;
+    const auto mark = [&](FramePart part) { timer.mark(commands, part, pass_views); };
     for (int view = 0; view < scene_passes; ++view) {
       const auto e = static_cast<std::size_t>(view);
       const PixelBox all{0, 0, drawn_size.x, drawn_size.y}, box = partly ? tiles[e].bounds() : all;
@@ -553,7 +556,9 @@ struct Renderer::Impl {
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
       draw_handpiece(commands, frame.tool, view, stats);
+      mark(FramePart::kHandpiece);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), false, stats);
+      mark(FramePart::kTissue);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.suction.opening > 0)
         tool.record(context, commands, tip_body, frame.suction.X_WS, light_grid.size.x > 0, stats);
@@ -561,18 +566,24 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
+      mark(FramePart::kTools);
       // A partial redraw needs the background even if it is black, to replace old pixels.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
+      mark(FramePart::kBackground);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
+      mark(FramePart::kTissue);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
+      mark(FramePart::kParticles);
       targets.end_scene(commands, target, view, redrawn[e]);
+      timer.mark(commands, FramePart::kPicture);
       ++stats.passes;
     }
     if (targets.layered())
       lay_over(commands, frame, slot, partly, scene_boxes, stats);
     else
       targets.end(commands, targets.pictures);
-    timer.end(commands, slot);
+    timer.mark(commands, targets.layered() ? FramePart::kParticles : FramePart::kPicture);
+    timer.end();
   }
 
   /// Draws the particles over the restored parts.
@@ -696,6 +707,11 @@ Renderer::DepthPicture Renderer::depth(int view) const {
 FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                             std::uint64_t finished) {
   return impl_->record(commands, frame, slot, submitted, finished);
+}
+
+GpuTimes Renderer::gpu_times(std::optional<int> finished_slot) {
+  if (finished_slot) impl_->timer.read(impl_->device, *finished_slot);
+  return impl_->timer.times;
 }
 
 std::span<const PixelBox> Renderer::redrawn(int view) const {

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -231,7 +232,26 @@ struct FrameStats {
   // Counts for the mirror's picture, which is drawn if an eye sees the glass. `passes` includes mirror_passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
-  double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0: the device has no timestamps
+};
+
+/// Parts of the GPU's work for a frame. kPicture: end of the passes, with the mean of the samples.
+enum class FramePart : std::uint8_t {
+  kShadow,
+  kUploads,
+  kMirror,
+  kHandpiece,
+  kTissue,
+  kTools,
+  kBackground,
+  kParticles,
+  kPicture
+};
+inline constexpr std::array<const char*, 9> kFrameParts{"shadow", "uploads",    "mirror",    "handpiece", "tissue",
+                                                        "tools",  "background", "particles", "picture"};
+/// ms, times of the GPU; 0: the device has no timestamps.
+struct GpuTimes {
+  double frame = 0;
+  std::array<double, kFrameParts.size()> parts{};
 };
 
 class Renderer {
@@ -272,6 +292,8 @@ class Renderer {
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
+  /// Times of the latest finished frame. `finished_slot`: frame in flight that the caller knows to have finished.
+  GpuTimes gpu_times(std::optional<int> finished_slot = {});
   /// Two layers (mono: one), sRGB bytes; ready after record().
   const gpu::Image& pictures() const;
   /// Parts of an eye's picture redrawn by the last record().

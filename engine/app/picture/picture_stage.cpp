@@ -450,7 +450,8 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   blank_ = blank_ && !stats.drawn;
   follow_pixels(stats.pixel);
   pixel_ = stats.pixel;
-  timing_.gpu = 1e-3 * stats.gpu_ms;
+  gpu_times_ = renderer_->gpu_times();
+  timing_.gpu = 1e-3 * gpu_times_.frame;
   timing_.record = to_seconds(now() - began);
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
@@ -500,7 +501,11 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
     missed_ = true;
     ring_.submit(device_);
   }
-  if (!options_.window) ring_.wait_idle(device_);
+  if (!options_.window) {
+    ring_.wait_idle(device_);
+    gpu_times_ = renderer_->gpu_times(ring_.slot());
+    timing_.gpu = 1e-3 * gpu_times_.frame;
+  }
   return stats;
 }
 

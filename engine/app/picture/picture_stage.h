@@ -165,6 +165,8 @@ class PictureStage {
     double cost() const { return gpu > record ? gpu : record; }
   };
   const Timing& timing() const { return timing_; }
+  /// GPU times of the latest finished frame, by part.
+  const render::GpuTimes& gpu_times() const { return gpu_times_; }
   /// True if the tool did not move between the last two calls of draw().
   bool tool_at_rest() const { return at_rest_; }
 
@@ -201,6 +203,7 @@ class PictureStage {
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   Timing timing_;
+  render::GpuTimes gpu_times_;
   bool blank_ = true;    // true: no frame was drawn since the size or the quality of the pictures changed
   bool missed_ = false;  // true: last frame not shown, or window minimised
   glm::ivec2 screen_size_{0};

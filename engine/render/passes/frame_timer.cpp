@@ -7,7 +7,7 @@ FrameTimer FrameTimer::create(gpu::Device& device) {
   if (!device.properties.limits.timestampComputeAndGraphics) return timer;
   const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                    .queryType = VK_QUERY_TYPE_TIMESTAMP,
-                                   .queryCount = 2 * gpu::FrameRing::kSlots};
+                                   .queryCount = kMaxQueries * gpu::FrameRing::kSlots};
   gpu::check(vkCreateQueryPool(device.device, &info, nullptr, &timer.queries), "vkCreateQueryPool");
   return timer;
 }
@@ -17,29 +17,50 @@ void FrameTimer::destroy(gpu::Device& device) {
   *this = {};
 }
 
-void FrameTimer::begin(VkCommandBuffer commands, int slot) const {
+void FrameTimer::begin(VkCommandBuffer commands, int of_slot) {
   if (!queries) return;
-  const auto first = static_cast<std::uint32_t>(2 * slot);
-  vkCmdResetQueryPool(commands, queries, first, 2);
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT, queries, first);
+  slot = of_slot;
+  Slot& s = slots[static_cast<std::size_t>(slot)];
+  s = {.count = 1, .queries = 1};
+  s.marks[0].query = kMaxQueries * static_cast<std::uint32_t>(slot);
+  vkCmdResetQueryPool(commands, queries, s.marks[0].query, kMaxQueries);
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT, queries, s.marks[0].query);
 }
 
-void FrameTimer::end(VkCommandBuffer commands, int slot) {
-  if (!queries) return;
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries,
-                       static_cast<std::uint32_t>(2 * slot + 1));
-  timed[static_cast<std::size_t>(slot)] = true;
+void FrameTimer::mark(VkCommandBuffer commands, FramePart part, int views) {
+  Slot& s = slots[static_cast<std::size_t>(slot)];
+  const auto used = static_cast<std::uint32_t>(views);  // Vulkan uses one query per view; the first has the time
+  if (!queries || s.queries + used > kMaxQueries) return;
+  s.marks[s.count] = {kMaxQueries * static_cast<std::uint32_t>(slot) + s.queries, part};
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, s.marks[s.count].query);
+  ++s.count;
+  s.queries += used;
 }
 
-void FrameTimer::read(gpu::Device& device, int slot) {
-  const auto i = static_cast<std::size_t>(slot);
-  if (!queries || !timed[i]) return;
-  std::uint64_t t[2] = {};
-  const VkResult result = vkGetQueryPoolResults(device.device, queries, static_cast<std::uint32_t>(2 * slot), 2,
-                                                sizeof t, t, sizeof t[0], VK_QUERY_RESULT_64_BIT);
-  if (result == VK_SUCCESS)
-    ms = static_cast<double>(t[1] - t[0]) * static_cast<double>(device.properties.limits.timestampPeriod) * 1e-6;
-  timed[i] = false;
+void FrameTimer::end() {
+  slots[static_cast<std::size_t>(slot)].timed = queries != VK_NULL_HANDLE;
+}
+
+void FrameTimer::read(gpu::Device& device, int of_slot) {
+  Slot& s = slots[static_cast<std::size_t>(of_slot)];
+  if (!s.timed) return;
+  s.timed = false;
+  const double tick = 1e-6 * static_cast<double>(device.properties.limits.timestampPeriod);  // ms
+  GpuTimes now;
+  std::uint64_t last = 0;
+  for (std::size_t i = 0; i < s.count; ++i) {
+    std::uint64_t t = 0;
+    if (vkGetQueryPoolResults(device.device, queries, s.marks[i].query, 1, sizeof t, &t, sizeof t,
+                              VK_QUERY_RESULT_64_BIT) != VK_SUCCESS)
+      return;
+    if (i > 0) {
+      const double took = t > last ? tick * static_cast<double>(t - last) : 0;
+      now.parts[static_cast<std::size_t>(s.marks[i].part)] += took;
+      now.frame += took;
+    }
+    last = t;
+  }
+  times = now;
 }
 
 }  // namespace typodont::render
