@@ -33,6 +33,8 @@ layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
 
+invariant gl_Position;
+
 /// Returns the colour of a tissue through which a lower tissue is visible. Clear tissue (enamel) does not change the
 /// lower tissue's colour; other tissues tint it.
 vec3 over(vec4 upper, vec3 beneath, float shows) {

@@ -34,19 +34,24 @@ struct SurfaceEffects {
 struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
+  std::array<VkPipeline, 2> depth{};  // front faces; both faces
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // pipelines with the cursor's ring
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
               FrameStats& stats);
+  /// Draws only the depth, so that no hidden point is shaded.
+  void record_depth(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
+                    const SlotBuffers& indirect, std::span<const DrawGroup> wanted);
   int pipelines() const {
     return static_cast<int>(kBrickKinds -
                             static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
-           (glass_pipeline ? 1 : 0);
+           (glass_pipeline ? 1 : 0) + (depth[0] ? 1 : 0) + (depth[1] ? 1 : 0);
   }
   void destroy(gpu::Device& device) {
     for (VkPipeline& p : solid) destroy_pipeline(device, p);
+    for (VkPipeline& p : depth) destroy_pipeline(device, p);
     destroy_pipeline(device, glass_pipeline);
   }
 };

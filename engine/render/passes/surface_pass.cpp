@@ -1,10 +1,33 @@
 #include <algorithm>
 
 #include "engine/render/passes/passes.h"
+#include "shaders/surface_depth_vert.h"
 #include "shaders/surface_frag.h"
 #include "shaders/surface_vert.h"
 
 namespace typodont::render {
+
+void SurfacePass::record_depth(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
+                               const SlotBuffers& indirect, std::span<const DrawGroup> wanted) {
+  for (std::size_t i = 0; i < wanted.size();) {
+    const bool both = wanted[i].kind == BrickKind::kTwoSided;
+    VkPipeline& chosen = depth[both];
+    if (!chosen) {
+      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_surface_depth_vert, {});
+      o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+      o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)}};
+      o.color_write = false;
+      if (both) o.cull = VK_CULL_MODE_NONE;
+      chosen = gpu::create_pipeline(context.device, o);
+    }
+    std::size_t end = i + 1;
+    while (end < wanted.size() && (wanted[end].kind == BrickKind::kTwoSided) == both) ++end;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, chosen);
+    bricks.draw(commands, context.layout, indirect.buffers[static_cast<std::size_t>(slot)].buffer,
+                wanted.subspan(i, end - i));
+    i = end;
+  }
+}
 
 void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
                          const SlotBuffers& indirect, std::span<const DrawGroup> groups, const Frame& frame,
@@ -28,6 +51,9 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
     with_cursor = frame.cursor.visible;
     with_effects = effects;
   }
+  // Light per pixel costs more than drawing the triangles twice.
+  if (view == View::kLook && !glass && !context.quality.light_per_vertex)
+    record_depth(context, commands, bricks, slot, indirect, wanted);
   for (std::size_t i = 0; i < wanted.size();) {
     const BrickKind kind = wanted[i].kind;
     VkPipeline& chosen = glass ? glass_pipeline : solid[static_cast<std::size_t>(kind)];
