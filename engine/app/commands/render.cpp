@@ -363,14 +363,15 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures frames of a running session, without the set-up in the first one. The user's head moves by 1 µm per frame,
-  // because frames from the same viewpoint are drawn only in part. A recorded session goes on.
+  // Measures frames of a running session, without the set-up in the first one. Eyes and screen move by 1 µm per frame,
+  // because frames from the same viewpoint are drawn only in part; the lamp stays. A recorded session goes on.
   constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: recorded time per frame; largest measured time
   constexpr std::size_t kMaxFrames = 45;
   std::vector<double> times, gpu_times;
   std::array<std::vector<double>, render::kFrameParts.size()> parts;
   for (double sum = 0, at = options.at; times.size() < kMaxFrames && sum < kMeasured; sum += times.back()) {
-    rig.head.eye_center += 1e-6 * rig.head.right;
+    for (dvec3* p : {&rig.screen.lower_left, &rig.screen.lower_right, &rig.screen.upper_left, &rig.head.eye_center})
+      *p += 1e-6 * rig.head.right;
     stage.look_from(rig);
     std::vector<render::MeshUpdate> changed;
     if (session) {
