@@ -34,7 +34,8 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
     // a further pass per eye draws what lies over the scene.
     const int shadow = quality.shadow_map > 0 ? 1 : 0, over = stage.device.multiview || quality.samples > 1 ? 0 : 2;
     EXPECT_EQ(stats.passes, shadow + (stage.device.multiview ? 1 : 2) + over) << quality.name;
-    EXPECT_EQ(stats.pipelines, 5 + shadow) << quality.name;  // two for the surface: of sound tissue and with decay
+    // two for the surface (sound tissue, with decay), one more for its depth where light is per pixel
+    EXPECT_EQ(stats.pipelines, 5 + shadow + (quality.light_per_vertex ? 0 : 1)) << quality.name;
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
   }
 }
@@ -366,7 +367,7 @@ TEST(Frame, AbsentPartsHaveNoPipeline) {
   frame.background = render::Background::kBlack;
   EXPECT_EQ(stage.draw(frame).pipelines, 0);
   stage.renderer->update(0, tooth_mesh(0, 0.8e-3));
-  EXPECT_EQ(stage.draw(frame).pipelines, 2);  // surface, sound all over, and its shadow
+  EXPECT_EQ(stage.draw(frame).pipelines, 3);  // surface, sound all over, its depth and its shadow
 }
 
 TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {

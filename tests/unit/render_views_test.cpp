@@ -27,7 +27,7 @@ struct Views : testing::Test {
 
 TEST_F(Views, EveryViewIsCleanUnderTheValidationLayerAndMakesOnlyItsPipelines) {
   frame.background = render::Background::kBlack;
-  EXPECT_EQ(stage.draw(frame).pipelines, 2);  // shadow, surface
+  EXPECT_EQ(stage.draw(frame).pipelines, 3);  // shadow, surface and its depth
   frame.view = render::View::kSection;
   frame.section = {0, 0, -1, 0};
   EXPECT_EQ(stage.draw(frame).pipelines, 2);
