@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "engine/app/cases/case.h"
 #include "engine/app/task/task.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -32,7 +33,8 @@ TEST_F(CaseCommand, EqualSeedsGiveEqualFilesAndOtherSeedsOtherTeeth) {
 }
 
 TEST_F(CaseCommand, EachFamilyGivesASceneWhoseExactPlanPassesAndWhoseCarelessHandFails) {
-  for (const std::string family : {"class-1", "caries", "access-molar"}) {
+  for (const CaseFamily& made_by : case_families()) {
+    const std::string& family = made_by.name;
     const Ran made = run(family + " --seed 1 --difficulty 0.3 --json --out " + (folder / (family + ".json")));
     ASSERT_EQ(made.status, 0) << family << made.err;
     const Json summary = Json::parse(made.out, "stdout");

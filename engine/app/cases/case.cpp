@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert.h"
@@ -27,7 +28,8 @@ using Ordered = nlohmann::ordered_json;
 constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
 constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
-constexpr dvec3 kSlip{0.45e-3, 0.45e-3, -0.5e-3};  // m, displacement of the careless hand from the plan
+constexpr double kNarrowest = 1.3e-3;            // m, narrowest part of a cavity that a bur of 1.2 mm can cut
+constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};  // m, displacement of the careless hand from the plan
 
 Json families_table() {
   return Json::load(assets_folder() / "cases" / "families.json")["families"];
@@ -49,13 +51,13 @@ std::vector<std::string> teeth_of(const Json& family) {
   return teeth;
 }
 
-/// A carious lesion along the line a–b (x, y), from the fissure down: narrow in the enamel, widest at the border of
+/// A carious lesion along the line a–b (u, v), from the fissure down: narrow in the enamel, widest at the border of
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m; top: the surface's z; border, depth: below the top
+  double top = 0, border = 0, depth = 0;  // m; top: the surface's w; border, depth: below the top
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
-  /// Hardness at p, as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
+  /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
     const glm::dvec2 q(p), along = b - a;
     const double length2 = glm::dot(along, along);
@@ -69,45 +71,76 @@ struct Lesion {
   }
 };
 
-/// A recipe's input and output. Points: tooth's frame, m.
+/// A recipe's input and output. Points: bur's frame (w out of the opening, u mesial), m.
 struct Draft {
   Case& out;
+  const Json& family;
   dvec3 offset;  // m, from the tooth's frame to frame W
-  Ordered ideal;
+  Ordered ideal = Ordered::object(), neighbours = Ordered::array();
   std::optional<Lesion> lesion;
+  glm::dmat3 R{1};  // u, v, w in the tooth's frame
 
   double mm(const char* name) const { return out.parameters.at(name) * kMillimetre; }
+  void approach_along(const dvec3& w) { R = {{1, 0, 0}, glm::cross(w, dvec3(1, 0, 0)), w}; }
+  Ordered direction(const dvec3& d) const {
+    const dvec3 to = R * d;
+    return {to.x, to.y, to.z};
+  }
   Ordered point(const dvec3& p) const {
-    const dvec3 q = p + offset;
+    const dvec3 q = R * p + offset;
     return {in_mm(q.x), in_mm(q.y), in_mm(q.z)};
   }
   double above() const { return out.tooth.crown + 3e-3; }
   Ordered halfspace(const dvec3& normal, const dvec3& on) const {
-    return {{"halfspace",
-             {{"normal", {normal.x, normal.y, normal.z}}, {"offset_mm", in_mm(glm::dot(normal, on + offset))}}}};
+    return {
+        {"halfspace", {{"normal", direction(normal)}, {"offset_mm", in_mm(glm::dot(R * normal, R * on + offset))}}}};
   }
   Ordered shaft(const glm::dvec2& at, double floor, double radius) const {
     const double height = above() - floor;
     return {{"cylinder",
              {{"center_mm", point({at.x, at.y, floor + 0.5 * height})},
-              {"axis", {0, 0, 1}},
+              {"axis", direction({0, 0, 1})},
               {"radius_mm", radius / kMillimetre},
               {"height_mm", height / kMillimetre}}}};
   }
+  /// An upright block from a to b, as wide as `width`, open above.
+  Ordered block(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) const {
+    const glm::dvec2 t = glm::normalize(b - a);
+    const dvec3 along(t, 0), across(-t.y, t.x, 0), low(a, floor), high(b, above());
+    return {{"intersection",
+             {halfspace(along, high), halfspace(-along, low), halfspace(across, low + 0.5 * width * across),
+              halfspace(-across, low - 0.5 * width * across), halfspace({0, 0, 1}, high), halfspace({0, 0, -1}, low)}}};
+  }
   /// Adds to the ideal an upright slot with round ends, as wide as a round bur that can cut it.
   void slot(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) {
-    const glm::dvec2 u = glm::normalize(b - a);
-    const dvec3 along(u, 0), across(-u.y, u.x, 0), low(a, floor), high(b, above());
-    ideal["remove"].push_back(
-        {{"intersection",
-          {halfspace(along, high), halfspace(-along, low), halfspace(across, low + 0.5 * width * across),
-           halfspace(-across, low - 0.5 * width * across), halfspace({0, 0, 1}, high), halfspace({0, 0, -1}, low)}}});
+    ideal["remove"].push_back(block(a, b, floor, width));
     for (const glm::dvec2& end : {a, b}) ideal["remove"].push_back(shaft(end, floor, 0.5 * width));
+  }
+  /// Adds a box that is open towards the neighbour (side 1: mesial, -1: distal), with round corners at u = `axial`.
+  void box(double side, double axial, double middle, double width, double floor) {
+    constexpr double kCorner = 0.65e-3;
+    const double end = side * (0.5 * out.tooth.md + 1e-3), inner = axial + side * kCorner;
+    ideal["remove"].push_back(block({inner, middle}, {end, middle}, floor, width));
+    ideal["remove"].push_back(block({axial, middle}, {end, middle}, floor, width - 2 * kCorner));
+    for (const double edge : {-1.0, 1.0})
+      ideal["remove"].push_back(shaft({inner, middle + edge * (0.5 * width - kCorner)}, floor, kCorner));
+  }
+  /// Adds a neighbour: the tooth itself, mirrored at its contact point.
+  void add_neighbour(double side) {
+    const CaseTooth& tooth = out.tooth;
+    const dvec3 at = dvec3(side * 0.5 * tooth.md, -tooth.form.lean * tooth.form.proximal, tooth.form.proximal) + offset;
+    neighbours.push_back({{"contact_mm", {in_mm(at.x), in_mm(at.y), in_mm(at.z)}}});
+  }
+  /// Largest w of the tooth at (u, v), m.
+  double surface(const glm::dvec2& at) const {
+    double w = above();
+    while (w > 0 && out.tooth.distance(R * dvec3(at, w)) > 0) w -= 0.02e-3;
+    return w;
   }
   /// Depth of the enamel-dentin border below `top`, m.
   double enamel_depth(const glm::dvec2& at, double top) const {
     double down = 0;
-    while (down < 3e-3 && out.tooth.tissue({at.x, at.y, top - down - 1e-5}) == Tissue::kEnamel) down += 0.05e-3;
+    while (down < 3e-3 && out.tooth.tissue(R * dvec3(at, top - down - 1e-5)) == Tissue::kEnamel) down += 0.05e-3;
     return down;
   }
 };
@@ -162,34 +195,106 @@ void lesion(Draft& draft) {
 
 void access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
-  // The slot must fit between the walls of the pulp chamber at half its height.
-  const double z = 0.5 * (tooth.chamber_roof + tooth.chamber_floor);
+  // The slot must fit between the walls of the pulp: at half the chamber's height, or 1 mm below a premolar's roof.
+  const bool molar = tooth.type[1] >= '6';
+  const double z = molar ? 0.5 * (tooth.chamber_roof + tooth.chamber_floor) : tooth.chamber_roof - 1e-3;
   const auto half = [&](const dvec3& along) {
     double reach = 0;
     while (reach < 4e-3 && tooth.pulp_distance(dvec3(0, 0, z) + reach * along) < 0) reach += 0.02e-3;
     return reach;
   };
-  const double x = half({1, 0, 0}), y = half({0, 1, 0});
-  const double width = 2 * std::min(x, y), reach = std::max(x, y) - 0.5 * width;
-  if (width < 1.3e-3 || reach < 0.05e-3)
+  const double x = half({1, 0, 0}), y = half({0, 1, 0}), min = molar ? 0 : kNarrowest;
+  const double width = std::max(2 * std::min(x, y), min);
+  const double reach = std::max(std::max(x, y) - 0.5 * width, molar ? 0 : 0.3e-3);
+  if (width < kNarrowest || reach < 0.05e-3)
     throw RunFailure(
         fmt::format("the pulp chamber is {:.2f} mm wide, too narrow for the bur of 1.2 mm", width / kMillimetre));
   const glm::dvec2 end = x > y ? glm::dvec2(reach, 0) : glm::dvec2(0, reach);
   draft.slot(-end, end, z, width);
 }
 
+/// Through the lingual surface at 45° to the tooth's axis, to a millimetre below the roof.
+void lingual_access(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, -std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2});
+  const dvec3 end = glm::transpose(draft.R) * dvec3(0, 0, tooth.chamber_roof - 1e-3);
+  draft.slot({-0.4e-3, end.y}, {0.4e-3, end.y}, end.z, kNarrowest);
+}
+
+/// Slot along the fissure and a box to each neighbour.
+void boxes(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const double width = draft.mm("isthmus_mm"), reach = half_outline(tooth) - 0.5 * width;
+  const double floor = tooth.surface(0, tooth.fissure(0)) - draft.mm("depth_mm");
+  const double gingival = tooth.form.proximal - draft.mm("clearance_mm");
+  if (gingival > floor - 0.4e-3 || gingival < std::max(tooth.cej_mesial, tooth.cej_distal) + 0.5e-3)
+    throw RunFailure(
+        fmt::format("the gingival floor would be {:.2f} mm below the pulpal floor and {:.2f} mm above the "
+                    "neck",
+                    (floor - gingival) / kMillimetre, gingival / kMillimetre));
+  glm::dvec2 ends[2] = {{-reach, tooth.fissure(-reach)}, {reach, tooth.fissure(reach)}};
+  for (const Json& which : draft.family["boxes"].items()) {
+    const double side = which.number(-1, 1), axial = side * (0.5 * tooth.md - draft.mm("axial_mm"));
+    glm::dvec2& end = ends[side > 0];
+    draft.box(side, axial, end.y, draft.mm("box_width_mm"), gingival);
+    end.x = axial + side * 0.65e-3;  // into the box
+    draft.add_neighbour(side);
+  }
+  draft.slot(ends[0], ends[1], floor, width);
+}
+
+/// Approximal box of a front tooth, from the lingual side; the labial wall remains.
+void lingual_box(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, -1, 0});  // v: out of the crown
+  const double middle = tooth.form.proximal - draft.mm("below_contact_mm"), height = draft.mm("height_mm");
+  const double axial = 0.5 * tooth.md - draft.mm("axial_mm");
+  double labial = 0;
+  while (tooth.distance({axial, labial, middle}) < 0) labial += 0.02e-3;
+  draft.box(1, axial, middle, height, draft.mm("labial_wall_mm") - labial);
+  draft.add_neighbour(1);
+}
+
+/// Slot in the buccal surface above the neck, below its middle as deep as stated.
+void cervical(Draft& draft) {
+  draft.approach_along({0, 1, 0});  // v: towards the root
+  const double width = draft.mm("height_mm"), reach = 0.5 * (draft.mm("length_mm") - width);
+  const double v = -draft.mm("above_neck_mm") - 0.5 * width;
+  const double top = draft.surface({0, v}), floor = top - draft.mm("depth_mm");
+  draft.slot({-reach, v}, {reach, v}, floor, width);
+  Lesion lesion{{-0.5 * reach, v}, {0.5 * reach, v}, top};
+  lesion.depth = draft.mm("depth_mm") - 0.15e-3;
+  lesion.border = 0.6 * lesion.depth;
+  lesion.opening = 0.25 * width;
+  lesion.width = 0.4 * width;
+  draft.lesion = lesion;
+}
+
+void crown(Draft& draft) {
+  const auto& have = draft.out.parameters;
+  draft.ideal["crown"] = {{"margin_mm", in_mm(draft.mm("above_neck_mm") + draft.offset.z)},
+                          {"chamfer_mm", have.at("chamfer_mm")},
+                          {"chamfer_radius_mm", 1.15},
+                          {"taper_deg", have.at("taper_deg")},
+                          {"occlusal_mm", have.at("occlusal_mm")},
+                          {"edge_radius_mm", 0.6}};
+}
+
 using Recipe = void (*)(Draft&);
-const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure}, {"lesion", lesion}, {"access", access}};
+const std::map<std::string, Recipe> kRecipes = {
+    {"fissure", fissure}, {"lesion", lesion}, {"access", access},           {"lingual_access", lingual_access},
+    {"boxes", boxes},     {"crown", crown},   {"lingual_box", lingual_box}, {"cervical", cervical}};
 
 void apply_lesion(Draft& draft) {
   haptics::DenseTissue& tissue = draft.out.tissue;
+  const glm::dmat3 to_bur = glm::transpose(draft.R);
   tissue.hardness.assign(tissue.tissue.size(), haptics::kOwnHardness);
   for (int x = 0; x < tissue.size.x; ++x)
     for (int y = 0; y < tissue.size.y; ++y)
       for (int z = 0; z < tissue.size.z; ++z) {
         const std::size_t i = tissue.at(x, y, z);
         if (tissue.tissue[i] != Tissue::kEnamel && tissue.tissue[i] != Tissue::kDentin) continue;
-        const double hardness = draft.lesion->hardness(tissue.frame.to_world(dvec3(x, y, z)));
+        const double hardness = draft.lesion->hardness(to_bur * tissue.frame.to_world(dvec3(x, y, z)));
         if (hardness == 0) continue;
         tissue.tissue[i] = Tissue::kCaries;
         tissue.hardness[i] = haptics::hardness_byte(hardness);
@@ -251,28 +356,36 @@ void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<
 
 /// Checks the exercise: the exact plan must reach the ideal with the scene's tools; the same plan by a careless hand
 /// must fail.
-void grade(Case& result, const fs::path& out, const haptics::TissueVolume& start) {
-  const Json text = Json::parse(result.scene, out.string());
+void grade(Case& result, Ordered scene_text, const fs::path& volume, const glm::dmat3& R, const fs::path& out,
+           const haptics::TissueVolume& start) {
+  // Neighbours are read from the volume's file, which has a temporary name here.
+  if (scene_text.contains("surroundings")) scene_text["tissue"]["volume"] = fs::absolute(volume).string();
+  const Json text = Json::parse(scene_text.dump(), out.string());
   const Scene scene = parse_scene(text, out);
   const TaskEvaluator judge(scene, start);
-  const auto points = [&](const haptics::TissueVolume& after) {
+  const auto score = [&](const haptics::TissueVolume& after) {
     session::ScoreInput input;
     input.before = start.volumes();
     input.after = after.volumes();
     (void)judge.judge(after, input);
-    return session::score_of_scene(text, input).points;
+    return session::score_of_scene(text, input);
   };
   Expert expert(scene, start);
   haptics::TissueVolume exact = start.clone(), careless = start.clone();
   const std::vector<ExpertLeg> legs = expert.plan(start);
   carve(exact, scene, legs, dvec3(0));
-  carve(careless, scene, legs, kSlip);
-  result.expert = points(exact);
-  result.careless = points(careless);
-  const auto refuse = [&](const char* who, double reached, const char* expected, double limit) {
-    throw RunFailure(fmt::format("{} reaches {:.1f} points, expected {} {:g}", who, reached, expected, limit));
+  carve(careless, scene, legs, R * kSlip);
+  const session::Score reached = score(exact);
+  result.expert = reached.points;
+  result.careless = score(careless).points;
+  const auto refuse = [&](const std::string& who, double total, const char* expected, double limit) {
+    throw RunFailure(fmt::format("{} reaches {:.1f} points, expected {} {:g}", who, total, expected, limit));
   };
-  if (result.expert < kExpertPoints) refuse("the exact plan", result.expert, "at least", kExpertPoints);
+  if (result.expert < kExpertPoints) {
+    const auto& worst = *std::ranges::max_element(reached.items, {}, [](const auto& i) { return i.full - i.points; });
+    refuse(fmt::format("the exact plan (which loses {:.1f} by {})", worst.full - worst.points, worst.name),
+           result.expert, "at least", kExpertPoints);
+  }
   if (result.careless > kCarelessPoints) refuse("a careless hand", result.careless, "at most", kCarelessPoints);
 }
 
@@ -285,7 +398,10 @@ Ordered scene_of(Draft& draft, const Json& family, const CaseRequest& request, c
                    {"tissue", {{"volume", volume}}}};
   for (const char* key : {"tools", "spindle", "spray", "tooth", "parts"})
     if (base.contains(key)) scene[key] = base[key];
+  if (!draft.neighbours.empty()) scene["surroundings"] = {{"neighbours", draft.neighbours}};
   Ordered task = base["task"];
+  for (const char* key : {"title", "steps"})
+    if (const auto own = family.find(key)) task[key] = Ordered::parse(own->text());
   for (const std::string& language : family["goal"].keys()) {
     std::string filled = family["goal"][language].string();
     const auto fill = [&](const std::string& name, const std::string& value) {
@@ -297,7 +413,12 @@ Ordered scene_of(Draft& draft, const Json& family, const CaseRequest& request, c
     task["goal"][language] = filled;
   }
   task["ideal"] = draft.ideal;
+  task["axis"] = draft.direction({0, 0, 1});
   task.erase("protect");
+  if (const auto without = family.find("without"))
+    for (const Json& name : without->items())
+      std::erase_if(task["rules"].get_ref<Ordered::array_t&>(),
+                    [&](const Ordered& own) { return own["name"] == name.string(); });
   if (const auto rules = family.find("rules"))
     for (const Json& rule : rules->items())
       for (Ordered& own : task["rules"])
@@ -312,8 +433,10 @@ std::vector<CaseFamily> case_families() {
   std::vector<CaseFamily> families;
   const Json table = families_table();
   for (const std::string& name : table.keys()) {
-    CaseFamily family{name, Json::load(find_scene(table[name]["base"].string()))["task"]["title"]["en"].string(),
-                      teeth_of(table[name]), table[name]["parameters"].keys()};
+    const auto title = table[name].find("title");
+    CaseFamily family{
+        name, (title ? *title : Json::load(find_scene(table[name]["base"].string()))["task"]["title"])["en"].string(),
+        teeth_of(table[name]), table[name]["parameters"].keys()};
     families.push_back(std::move(family));
   }
   return families;
@@ -344,16 +467,17 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
   }
   result.tooth = make_tooth(tooth, result.parameters.at("age"), random);
   result.tissue = sample_tooth(result.tooth, kVoxel);
-  Draft draft{result, kTop - dvec3(0, 0, result.tooth.crown), Ordered::object()};
+  Draft draft{result, *family, kTop - dvec3(0, 0, result.tooth.crown)};
   kRecipes.at((*family)["recipe"].string())(draft);
   if (draft.lesion) apply_lesion(draft);
   check_tissue(draft);
   result.tissue.frame.origin += draft.offset;
 
-  result.scene = scene_of(draft, *family, request, volume_file.file().filename().string()).dump(2) + "\n";
+  const Ordered scene = scene_of(draft, *family, request, volume_file.file().filename().string());
+  result.scene = scene.dump(2) + "\n";
   const haptics::TissueVolume start(result.tissue);
-  grade(result, out, start);
   start.save(volume_file.path());
+  grade(result, scene, volume_file.path(), draft.R, out, start);
   write_file_atomically(scene_file.path(), result.scene, FileKind::kJson);
   volume_file.keep();
   scene_file.keep();

@@ -20,10 +20,11 @@ namespace {
 constexpr double kBand = 1.5e-3;  // m, band of stored distances in the sampled tooth
 // largest deviation from the mean that is generated, standard deviations
 constexpr double kMaxDeviation = 2;
-constexpr double kShape = 0.025;      // relative standard deviation of a tooth's measures from its size; estimate
-constexpr double kCusp = 0.025;       // relative standard deviation of a cusp's height and position; estimate
-constexpr double kRootJoin = 2.4e-3;  // m, radius of the rounding between roots
-constexpr double kApex = 0.8e-3;      // m, radius at the end of a root
+constexpr double kShape = 0.025;       // relative standard deviation of a tooth's measures from its size; estimate
+constexpr double kCusp = 0.025;        // relative standard deviation of a cusp's height and position; estimate
+constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding between roots
+constexpr double kApex = 0.6e-3;       // m, radius at the end of one of several roots
+constexpr double kApexCurve = 1.4e-3;  // m, radius at the end of a single root
 
 /// Ratio of the pulp chamber's area at this age to the area at 20 years (CBCT study of 2017 with 316 molars; applied to
 /// all teeth).
@@ -117,11 +118,28 @@ double TaperedTube::distance(const dvec3& p) const {
 }
 
 double CaseTooth::distance(const dvec3& p) const {
-  double d = form.distance(p);
-  if (roots.empty()) return d;
-  d = smooth_max(d, -furcation - p.z, kRootJoin);
+  const double trunk = hollowed(form, p);
+  if (roots.empty()) {
+    // Paraboloid at the end.
+    const double up = std::max(p.z + root, 0.0);
+    const double out = std::hypot(p.x, p.y * form.neck.x / form.neck.y) - std::sqrt(2 * kApexCurve * up);
+    return p.z > 0 ? trunk : smooth_max(trunk, 0.6 * out, 1e-3);
+  }
+  double d = smooth_max(trunk, -furcation - p.z, kRootJoin);
   for (const TaperedTube& tube : roots) d = smooth_min(d, tube.distance(p), 0.8 * kRootJoin);
-  return d;
+  // The rounded union must not bulge out of the trunk.
+  return glm::mix(d, std::max(d, trunk), smooth_step(-1.5 * furcation, -0.5 * furcation, p.z));
+}
+
+double CaseTooth::hollowed(const ToothForm& outer, const dvec3& p) const {
+  const double d = outer.distance(p);
+  if (fossa == 0 || p.y > 0 || p.z < 0) return d;
+  // An ellipsoid between marginal ridges, edge and cingulum.
+  const dvec3 half(0.34 * md, 2 * fossa, 0.3 * crown);
+  const double z = 0.58 * crown, t = (z - outer.lingual) / (crown - outer.lingual);
+  const double side = 0.5 * (bl - (bl - outer.table.y) * t * t) + outer.lean * z;
+  const dvec3 q = (p - dvec3(0, -side - fossa, z)) / half;
+  return smooth_max(d, (1 - glm::length(q)) * half.y, 1.3e-3);
 }
 
 double CaseTooth::pulp_distance(const dvec3& p) const {
@@ -139,14 +157,14 @@ Tissue CaseTooth::tissue(const dvec3& p) const {
   // Thickness by thirds of the crown (OpenMandible): relative to the occlusal third, 0.35 at the neck and 0.75 in the
   // middle.
   const double thick = enamel * (up <= 0 ? 0 : std::min(1.0, 0.25 + 0.75 * up) * std::min(1.0, up / 0.06));
-  return -blunt.distance(p) < thick ? Tissue::kEnamel : Tissue::kDentin;
+  return thick > 0 && -hollowed(blunt, p) < thick ? Tissue::kEnamel : Tissue::kDentin;
 }
 
 double CaseTooth::surface(double x, double y) const {
   double low = 0, high = crown + 1e-3;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
-    (form.distance({x, y, middle}) < 0 ? low : high) = middle;
+    (hollowed(form, {x, y, middle}) < 0 ? low : high) = middle;
   }
   return low;
 }
@@ -187,6 +205,7 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random) {
   }
   tooth.blunt = tooth.form;
   tooth.blunt.groove_depth = 0;
+  tooth.fossa = (*row)["fossa_mm"].number(0, 2) * kMillimetre * size;
   const std::vector<double> cej = (*row)["cej_mm"].numbers(2);
   tooth.cej_mesial = cej[0] * kMillimetre * size;
   tooth.cej_distal = cej[1] * kMillimetre * size;

@@ -29,6 +29,7 @@ struct CaseTooth {
   double md = 0, bl = 0, crown = 0, root = 0;
   ToothForm form;
   ToothForm blunt;       // form without grooves; the enamel's thickness is measured from it
+  double fossa = 0;      // m, depth of the lingual fossa of a front tooth; 0: none
   double furcation = 0;  // m below the neck where roots separate; 0: one root
   std::vector<TaperedTube> roots;
   double cej_mesial = 0, cej_distal = 0;       // m, rise of the enamel's edge, mesially and distally
@@ -38,6 +39,8 @@ struct CaseTooth {
 
   /// Signed distance to the surface, m, negative inside. Exact near it.
   double distance(const dvec3& p) const;
+  /// Signed distance to `form` or `blunt` after the lingual fossa was removed, m.
+  double hollowed(const ToothForm& outer, const dvec3& p) const;
   /// The tissue at a point inside the tooth.
   Tissue tissue(const dvec3& p) const;
   double pulp_distance(const dvec3& p) const;

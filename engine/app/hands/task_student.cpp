@@ -96,7 +96,7 @@ class StrokePlanner {
       rows(layer);
       for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
     }
-    if (!finish) return std::move(strokes_);
+    if (!finish || layers_.empty()) return std::move(strokes_);
     bulk_ = false;
     // First along the walls at the heights of the floor's flat parts, then upwards: a long head cuts a steep wall in
     // one pass.
