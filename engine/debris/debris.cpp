@@ -208,13 +208,34 @@ Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
 Debris& Debris::operator=(Debris&&) noexcept = default;
 
-std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
+namespace {
+
+/// Size of the contact relative to the head's radius.
+double spread_of(const CutContact& contact) {
+  constexpr double kUnknown = 0.8, kMin = 0.1;
+  return contact.area > 0 ? std::clamp(std::sqrt(contact.area / kPi) / contact.head_radius, kMin, 1.0) : kUnknown;
+}
+
+/// Diameter of the chips relative to that of `layer`.
+double chip_scale(const Cut& cut, const CutContact& contact, double layer) {
+  constexpr double kMin = 0.4, kMax = 4;
+  const double path = std::abs(cut.spindle) * contact.head_radius * contact.duration;
+  double volume = 0;
+  for (const double removed : cut.removed) volume += std::max(removed, 0.0);
+  if (!(contact.area > 0) || !(path > 0)) return 1;
+  return std::clamp(std::cbrt(volume / (contact.area * path) / layer), kMin, kMax);
+}
+
+}  // namespace
+
+std::size_t create_particles(const Cut& cut, const CutContact& contact, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept {
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // Chips leave on the cutting side of the head, or all around it if the cut has no contact normal.
-  const double normal_length = glm::length(cut.n_C_W);
+  const double normal_length = glm::length(cut.n_C_W), head_radius = contact.head_radius;
+  const double spread = spread_of(contact), scale = chip_scale(cut, contact, options.chip_layer);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
     const auto tissue = static_cast<std::size_t>(t);
@@ -235,7 +256,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
       const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += fraction;
       const dvec3 place = random.in_ball();
-      dvec3 side = (normal_length > 0 ? -cut.n_C_W / normal_length : dvec3(0)) + 0.8 * place;
+      dvec3 side = (normal_length > 0 ? -cut.n_C_W / normal_length : dvec3(0)) + spread * place;
       const double length = glm::length(side);
       side = length > 1e-6 ? side / length : axis;
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
@@ -248,16 +269,16 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
         const double into = glm::dot(v, n);
         if (into < 0) v -= 2 * into * n;
       }
-      const double chip = options.min_chip * std::pow(options.max_chip / options.min_chip, random.uniform());
+      const double chip = scale * options.min_chip * std::pow(options.max_chip / options.min_chip, random.uniform());
       out[count++] = {centre + head_radius * side, v, chip, density, fraction, static_cast<Tissue>(t)};
     }
   }
   return count;
 }
 
-void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
+void Debris::emit(const Cut& cut, const CutContact& contact, const MaterialTable& materials) noexcept {
   State& s = *state_;
-  const std::size_t number = create_particles(cut, head_radius, materials, s.options, s.options.capacity - s.count,
+  const std::size_t number = create_particles(cut, contact, materials, s.options, s.options.capacity - s.count,
                                               s.new_particles, s.born, s.dropped);
   for (const NewParticle& n : std::span(s.new_particles).first(number)) {
     const std::size_t i = s.slot(s.count++);

@@ -1,7 +1,7 @@
 // Chips and dust of cuts as particles: thrown by the bur, slowed by air, bouncing off the tissue.
 //
 //   Debris debris({.seed = 7});
-//   for (const Cut& cut : cuts) debris.emit(cut, head_radius, materials);
+//   for (const Cut& cut : cuts) debris.emit(cut, {.head_radius = r}, materials);
 //   debris.step(1.0 / 60, field);
 //
 // One thread. Only the constructor allocates. Equal calls and seed give equal bits.
@@ -40,8 +40,10 @@ struct DebrisOptions {
   // m³ of tissue per particle; larger if `max_per_cut` or the buffer limits the number of particles
   double parcel_volume = 1e-12;
   int max_per_cut = 32;
-  // m, smallest and largest diameter of a chip; its logarithm is uniformly distributed
+  // m, smallest and largest diameter of a chip of `chip_layer`; its logarithm is uniformly distributed
   double min_chip = 5e-6, max_chip = 50e-6;
+  // Thickness of the removed layer / length of the rim's path, at which chips have these diameters: enamel, turbine
+  double chip_layer = 5e-6;
   double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s², frame W, acceleration of gravity
@@ -84,9 +86,18 @@ struct NewParticle {
   Tissue tissue = Tissue::kAir;
 };
 
+/// How the bur made a cut.
+struct CutContact {
+  double head_radius = 0;  // m
+  double area = 0;         // m², contact area; 0: unknown
+  double duration = 0;     // s, time in which the cut was made; 0: unknown
+};
+
 /// Creates at most `room` particles of one cut and returns their number. Mass = density × removed volume; mass without
-/// a particle is added to `dropped`. `out` needs kTissueCount · max_per_cut entries.
-std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
+/// a particle is added to `dropped`. Particles leave the contact's area. A chip's volume is proportional to
+/// volume / (area · rim's speed · duration), the removed layer per length of the rim's path. `out` needs kTissueCount ·
+/// max_per_cut entries.
+std::size_t create_particles(const Cut& cut, const CutContact& contact, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept;
 
@@ -107,8 +118,8 @@ class Debris {
   Debris(Debris&&) noexcept;
   Debris& operator=(Debris&&) noexcept;
 
-  /// Adds the chips of one cut. `head_radius`: m, radius of the bur's head.
-  void emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept;
+  /// Adds the chips of one cut.
+  void emit(const Cut& cut, const CutContact& contact, const MaterialTable& materials) noexcept;
   /// Moves all particles. `suction`: null if off. If there is a film, chips that touch wet tissue or come to rest join
   /// it.
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;

@@ -62,7 +62,7 @@ void chips(benchmark::State& state, int before, const Suction* suction, double l
     cut.X_WA.p = cut.X_WB.p = {0, 0, 5.4e-3};
     cut.n_C_W = {0, 0, 1};
     cut.spindle = 300 * kKrpm;
-    debris.emit(cut, 0.6e-3, materials());
+    debris.emit(cut, {.head_radius = 0.6e-3}, materials());
     if (i % 4 == 0) debris.step(1.0 / 250, ball.field);
   }
   for (int i = 0; i < before; ++i) debris.step(1.0 / 250, ball.field, suction);

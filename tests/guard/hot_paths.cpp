@@ -161,7 +161,7 @@ void debris_step() {
     cut.removed[static_cast<int>(Tissue::kEnamel)] = 32e-12;
     cut.n_C_W = {0, 0, 1};
     cut.spindle = 300 * kKrpm;
-    debris.emit(cut, 0.6e-3, materials);
+    debris.emit(cut, {.head_radius = 0.6e-3}, materials);
   }
   debris.step(0.01, {});
   Counted counted("debris, 5000 particles", 10);

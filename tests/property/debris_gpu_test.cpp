@@ -57,12 +57,12 @@ struct Both {
   debris::Debris host{options};
   render::ParticleCloud cloud{stage.device, cloud_law(options, ball.field, 3e-5), ball.samples};
   void cut(std::uint64_t index) {
-    host.emit(cut_of(index), 0.6e-3, stone());
+    host.emit(cut_of(index), {.head_radius = 0.6e-3}, stone());
     std::vector<debris::NewParticle> born(kTissueCount * static_cast<std::size_t>(options.max_per_cut));
     PerTissue mass{};
     double dropped = 0;
-    const std::size_t n =
-        debris::create_particles(cut_of(index), 0.6e-3, stone(), options, cloud.room(), born, mass, dropped);
+    const std::size_t n = debris::create_particles(cut_of(index), {.head_radius = 0.6e-3}, stone(), options,
+                                                   cloud.room(), born, mass, dropped);
     for (std::size_t i = 0; i < n; ++i) {
       const render::CloudParticle p = cloud_particle(born[i], dvec3(1));
       ASSERT_EQ(cloud.add({&p, 1}), 1u);

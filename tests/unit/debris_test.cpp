@@ -57,7 +57,7 @@ TEST(Debris, MassIsDensityTimesRemovedVolume) {
   double expected = 0;
   for (std::uint64_t i = 1; i <= 500; ++i) {
     const double enamel = 0.003 * static_cast<double>(i % 7), dentin = 0.002 * static_cast<double>(i % 3);
-    debris.emit(cut_of(i, enamel, dentin), 0.6_mm, table());
+    debris.emit(cut_of(i, enamel, dentin), {.head_radius = 0.6_mm}, table());
     expected += (2950 * enamel + 2150 * dentin) * kCubicMillimetre;
   }
   double masses = 0;
@@ -74,7 +74,7 @@ TEST(Debris, LedgerBalancesThroughDecaySuctionAndOverflow) {
   const Suction suction{{0, 0, 0.01}, 5e-3, 4e-3};
   bool lost_some_each_way = false;
   for (std::uint64_t i = 1; i <= 400; ++i) {
-    debris.emit(cut_of(i, 0.02, 0.01), 0.6_mm, table());
+    debris.emit(cut_of(i, 0.02, 0.01), {.head_radius = 0.6_mm}, table());
     debris.step(0.005, floor.field, i % 2 ? &suction : nullptr);
     const DebrisLedger l = debris.ledger();
     const double born = total(l.born);
@@ -90,7 +90,7 @@ TEST(Debris, StartsAtTheRimsVelocityInTheSenseOfRotation) {
     Cut cut = cut_of(1, 0.1);
     cut.spindle *= sense;
     cut.n_C_W = {-1, 0, 0};  // cutting on its +x side
-    debris.emit(cut, 0.6_mm, table());
+    debris.emit(cut, {.head_radius = 0.6_mm}, table());
     std::vector<DebrisPoint> points(debris.alive());
     ASSERT_EQ(debris.write_points(points), debris.alive());
     ASSERT_GT(points.size(), 10u);
@@ -105,12 +105,42 @@ TEST(Debris, StartsAtTheRimsVelocityInTheSenseOfRotation) {
   }
 }
 
+TEST(Debris, ChipsGrowWithTheRemovalAndShrinkWithAreaAndSpeed) {
+  const auto chip = [](double mm3, double mm2, double krpm) {
+    Debris debris;
+    Cut cut = cut_of(1, mm3);
+    cut.spindle = krpm * kKrpm;
+    debris.emit(cut, {.head_radius = 0.6_mm, .area = mm2 * 1e-6, .duration = 0.01}, table());
+    return debris.chip(0);
+  };
+  const double reference = chip(1e-3, 1, 300);
+  EXPECT_NEAR(chip(2e-3, 1, 300), std::cbrt(2) * reference, 1e-6 * reference);
+  EXPECT_NEAR(chip(1e-3, 2, 300), std::cbrt(0.5) * reference, 1e-6 * reference);
+  EXPECT_NEAR(chip(1e-3, 1, 150), std::cbrt(2) * reference, 1e-6 * reference);
+  EXPECT_NEAR(chip(1, 0.01, 1) / chip(1e-9, 9, 300), 4 / 0.4, 1e-4) << "the limits";
+}
+
+TEST(Debris, ChipsLeaveTheAreaOfTheContact) {
+  const auto widest = [](double mm2) {
+    Debris debris({.scatter = 0});
+    debris.emit(cut_of(1, 0.1), {.head_radius = 0.6_mm, .area = mm2 * 1e-6, .duration = 0.01}, table());
+    std::vector<DebrisPoint> points(debris.alive());
+    debris.write_points(points);
+    double most = 0;
+    for (const DebrisPoint& p : points) most = std::max(most, std::hypot<double>(p.p_W.x, p.p_W.y));
+    return most;
+  };
+  EXPECT_LT(widest(0.02), 0.09_mm);
+  EXPECT_GT(widest(0.3), 0.15_mm);
+  EXPECT_GT(widest(1.0), 0.4_mm);
+}
+
 TEST(Debris, RimOfACommonTurbineThrowsAtTwentyFiveMetresASecond) {
   Debris debris;
   Cut cut = cut_of(1, 1);
   cut.spindle = 400 * kKrpm;
   cut.n_C_W = {0, 1, 0};
-  debris.emit(cut, 0.6_mm, table());
+  debris.emit(cut, {.head_radius = 0.6_mm}, table());
   double fastest = 0;
   for (std::size_t i = 0; i < debris.alive(); ++i) {
     fastest = std::max(fastest, static_cast<double>(glm::length(debris.velocity(i))));
@@ -135,7 +165,7 @@ TEST(Drag, TableFollowsTheFormula) {
 
 TEST(Debris, FallsAtTheSpeedWhereDragEqualsWeight) {
   Debris debris({.min_chip = 40e-6, .max_chip = 40e-6, .lifetime = 60});
-  debris.emit(cut_of(1, 1e-4), 0.6_mm, table());
+  debris.emit(cut_of(1, 1e-4), {.head_radius = 0.6_mm}, table());
   for (int i = 0; i < 3000; ++i) debris.step(1e-3, {});
   const double v = -debris.velocity(0).z;
   EXPECT_NEAR(v * drag_rate(v, 40e-6, 2950, 1.2, 1.8e-5), 9.81, 0.05);
@@ -146,7 +176,7 @@ TEST(Debris, FlightFollowsTheEquationOfMotion) {
   Debris debris({.scatter = 0});
   Cut cut = cut_of(1, 1e-4);
   cut.n_C_W = {1, 0, 0};
-  debris.emit(cut, 0.6_mm, table());
+  debris.emit(cut, {.head_radius = 0.6_mm}, table());
   dvec3 v = debris.velocity(0), p(0);
   std::vector<DebrisPoint> point(1);
   debris.write_points(point);
@@ -170,7 +200,7 @@ TEST(Debris, StaysOutOfTheTissueAndComesToRestOnIt) {
   for (std::uint64_t i = 1; i <= 20; ++i) {
     cut.index = i;
     cut.spindle = 20 * kKrpm;
-    debris.emit(cut, 0.6_mm, table());
+    debris.emit(cut, {.head_radius = 0.6_mm}, table());
   }
   std::vector<DebrisPoint> points(debris.alive());
   for (int i = 0; i < 4000; ++i) {
@@ -195,7 +225,7 @@ TEST(Debris, SuctionDrawsTheDustIn) {
     const Suction suction{{0, 0.015, 0.005}, 5e-3, 4e-3};
     Cut cut = cut_of(1, 0.5);
     cut.spindle = 100 * kKrpm;
-    debris.emit(cut, 0.6_mm, table());
+    debris.emit(cut, {.head_radius = 0.6_mm}, table());
     for (int i = 0; i < 500; ++i) debris.step(2e-3, floor.field, on ? &suction : nullptr);
     sucked[on] = debris.ledger().sucked / total(debris.ledger().born);
   }
@@ -212,7 +242,7 @@ TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {
     Debris debris;
     Cut cut = cut_of(1, 0.5);
     cut.spindle = 100 * kKrpm;
-    debris.emit(cut, 0.6_mm, table());
+    debris.emit(cut, {.head_radius = 0.6_mm}, table());
     for (int i = 0; i < 5; ++i) debris.step(1.0 / 60, floor.field);
     for (int i = 0; i < (tiny ? 600 : 6); ++i) debris.step(tiny ? 1.0 / 3600 : 1.0 / 36, floor.field, &suction);
     sucked[tiny] = debris.ledger().sucked / total(debris.ledger().born);
@@ -227,7 +257,7 @@ TEST(Debris, DragIsRelativeToTheSuctionFlow) {
   Debris debris({.min_chip = 6e-6, .max_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
   Cut cut = cut_of(1, 1e-4);
   cut.spindle = 0;
-  debris.emit(cut, 0.6_mm, table());
+  debris.emit(cut, {.head_radius = 0.6_mm}, table());
   const Suction suction{{0.1, 0, 0}, 5e-3, 4e-3};
   for (int i = 0; i < 40; ++i) debris.step(1e-3, {}, &suction);
   std::vector<DebrisPoint> point(1);
@@ -239,7 +269,7 @@ TEST(Debris, DragIsRelativeToTheSuctionFlow) {
 
 TEST(Debris, MassDecaysAndVanishesAfterItsLifetime) {
   Debris debris({.decay_time = 0.5, .lifetime = 2});
-  debris.emit(cut_of(1, 0.1), 0.6_mm, table());
+  debris.emit(cut_of(1, 0.1), {.head_radius = 0.6_mm}, table());
   const double start = debris.ledger().alive;
   for (int i = 0; i < 100; ++i) debris.step(0.01, {});
   EXPECT_NEAR(debris.ledger().alive / start, std::exp(-2.0), 1e-6);
@@ -253,7 +283,7 @@ TEST(Debris, TheSameSeedGivesTheSameBitsAndAnotherSeedGivesOthers) {
   for (int run = 0; run < 3; ++run) {
     Debris debris({.capacity = 3000, .seed = run == 2 ? 5u : 4u, .lifetime = 0.3});
     for (std::uint64_t i = 1; i <= 200; ++i) {
-      debris.emit(cut_of(i, 0.02), 0.6_mm, table());
+      debris.emit(cut_of(i, 0.02), {.head_radius = 0.6_mm}, table());
       debris.step(1.0 / 300, floor.field);
     }
     EXPECT_GT(debris.alive(), 500u);
@@ -273,7 +303,7 @@ TEST(Debris, NeverAllocatesAndDoesNothingWhenNoneAreAlive) {
   debris.step(0.01, floor.field);
   const bool untouched = debris.hash() == empty && debris.write_points(points) == 0;
   for (std::uint64_t i = 1; i <= 100; ++i) {
-    debris.emit(cut_of(i, 0.05), 0.6_mm, materials);
+    debris.emit(cut_of(i, 0.05), {.head_radius = 0.6_mm}, materials);
     debris.step(0.01, floor.field);
     debris.write_points(points);
   }

@@ -273,7 +273,7 @@ TEST(Spray, ItsWaterIsTheFlowOfTheNozzlesAndEveryDropIsAccountedFor) {
       cut.X_WA.p = cut.X_WB.p = source.X_WT.p;
       cut.n_C_W = {0, 0, 1};
       cut.spindle = source.spindle;
-      chips.emit(cut, 0.6_mm, table());
+      chips.emit(cut, {.head_radius = 0.6_mm}, table());
       spray.step(kStep, &source, body.field, film, i > 60 ? &suction : nullptr);
       chips.step(kStep, body.field, i > 60 ? &suction : nullptr, &film);
       film.step(kStep, i > 60 ? &suction : nullptr);

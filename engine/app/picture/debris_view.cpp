@@ -121,19 +121,21 @@ render::CloudParticle cloud_particle(const debris::NewParticle& n, const dvec3& 
   return out;
 }
 
-void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
+void DebrisView::add(const Cut& cut, const haptics::Tool& tool, double area, double duration) {
   if (cut.fill_radius != 0) return;
   if (water_) carve(cut, tool);
   for (std::size_t t = 0; t < kTissueCount; ++t) batch_removed_[t] += cut.removed[t];
   last_ = cut;
-  last_radius_ = tool.radius();
+  batch_.head_radius = tool.radius();
+  batch_.area += (area - batch_.area) / (batched_ + 1);
+  batch_.duration += duration;
   if (++batched_ >= (cloud_ ? 1 : kLumps)) emit_batch();
 }
 
 void DebrisView::emit_batch() {
   if (std::exchange(batched_, 0) == 0) return;
   last_.removed = std::exchange(batch_removed_, {});
-  emit(last_, last_radius_);
+  emit(last_, std::exchange(batch_, {}));
 }
 
 void DebrisView::add(const LoosePiece& piece) {
@@ -141,7 +143,7 @@ void DebrisView::add(const LoosePiece& piece) {
   cut.index = piece.cut;
   cut.X_WA.p = cut.X_WB.p = piece.center_W;
   cut.removed = piece.removed;
-  emit(cut, piece.radius);
+  emit(cut, {.head_radius = piece.radius});
 }
 
 /// Applies a cut to the coarse distance field, so that water flows into the cavity.
@@ -212,10 +214,10 @@ DebrisBalance DebrisView::settle() {
   return {ledger, water_->spray.ledger(), water_->film.ledger(), 0};
 }
 
-void DebrisView::emit(const Cut& cut, double radius) {
-  if (!cloud_) return debris_.emit(cut, radius, materials_);
+void DebrisView::emit(const Cut& cut, const debris::CutContact& contact) {
+  if (!cloud_) return debris_.emit(cut, contact, materials_);
   const std::size_t count =
-      debris::create_particles(cut, radius, materials_, options_, cloud_->room(), newborn_, given_, given_dropped_);
+      debris::create_particles(cut, contact, materials_, options_, cloud_->room(), newborn_, given_, given_dropped_);
   for (const debris::NewParticle& n : std::span(newborn_).first(count)) {
     const render::CloudParticle particle = cloud_particle(n, materials_[static_cast<std::size_t>(n.tissue)].color);
     cloud_->add({&particle, 1});

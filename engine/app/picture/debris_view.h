@@ -59,7 +59,8 @@ class DebrisView {
   /// is about to be destroyed.
   void use(gpu::Device* device);
 
-  void add(const Cut& cut, const haptics::Tool& tool);
+  /// `area`: m², contact area; `duration`: s, time in which the cut was made.
+  void add(const Cut& cut, const haptics::Tool& tool, double area, double duration);
   /// Replaces a loose piece of tissue by chips.
   void add(const LoosePiece& piece);
   /// Removes all chips and water, and fills the cavities again.
@@ -109,7 +110,7 @@ class DebrisView {
   void carve_pending();
   void add_droplets();
   void emit_batch();
-  void emit(const Cut& cut, double radius);
+  void emit(const Cut& cut, const debris::CutContact& contact);
 
   MaterialTable materials_;
   debris::Debris debris_;
@@ -118,7 +119,7 @@ class DebrisView {
   int batched_ = 0;            // number of cuts in the current batch of chips
   PerTissue batch_removed_{};  // m³, volume that the cuts of the current batch removed
   Cut last_;                   // the last cut of the current batch
-  double last_radius_ = 0;     // m, radius of the tool that made the last cut of the current batch
+  debris::CutContact batch_;   // contact of the current batch: last tool, mean area, sum of the durations
   PerTissue given_{};          // kg, mass of chips that were passed to the GPU
   double given_dropped_ = 0;   // kg, chips that did not fit into the GPU's buffer
   std::optional<render::ParticleCloud> cloud_;

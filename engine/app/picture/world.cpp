@@ -84,7 +84,8 @@ void World::apply(const ServoTick& tick) {
 void World::apply(const Cut& cut) {
   if (!debris()) return;
   reach(cut.t);
-  debris_->add(cut, tools()[cut.tool]);
+  // Tapes hold a cut before its tick, so tick_ is the tick before.
+  debris_->add(cut, tools()[cut.tool], tick_.contact_area, to_seconds(cut.t - tick_.t));
 }
 
 void World::apply(const LoosePiece& piece) {
