@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/haptic_bench.h"
@@ -54,10 +55,12 @@ Errors press_all(HapticBench& bench, double voxel, double r, const std::vector<P
     const double way = std::sqrt(along * along - glm::dot(press.p, press.p) + far * far) - along;
     const dvec3 next = (press.p + way * press.n) / far;
     const auto hold = [&](const dvec3& p) { bench.tick({p, press.R}, 0, tool); };
-    for (int i = 1; i <= 40; ++i) {
-      const dvec3 between = glm::mix(above, next, i / 40.0);
-      hold(far * (glm::length(between) > 0.1 ? glm::normalize(between) : glm::normalize(dvec3(0.1, 0.2, 1))));
-    }
+    const auto go = [&](const dvec3& from, const dvec3& to) {
+      for (int i = 1; i <= 40; ++i) hold(far * glm::normalize(glm::mix(from, to, i / 40.0)));
+    };
+    const dvec3 across = glm::normalize(glm::cross(above, dvec3(0.3, 0.5, 0.8)));
+    if (glm::dot(above, next) < -0.5) go(std::exchange(above, across), across);  // around the solid
+    go(above, next);
     above = next;
     for (double height = way; height > r + 0.05_mm; height -= 0.1_mm) hold(press.p + height * press.n);
     for (double height = r + 0.05_mm; height > r - kDepth; height -= 4e-6) hold(press.p + height * press.n);

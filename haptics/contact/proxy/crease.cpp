@@ -43,6 +43,19 @@ bool land(const SurfacePatch& patch, dvec3 x, Landing& landing) noexcept {
   return false;
 }
 
+/// Largest difference between a sheet and the samples two voxels from `at` along the axes. `f`: sample there.
+double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::ivec3& at, const Sheet& sheet) noexcept {
+  double most = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (const int way : {-2, 2}) {
+      dvec3 p(at), n;
+      p[i] += way;
+      most = std::max(most, std::abs(sheet.distance(p, n) - f[way * step[i]]));
+    }
+  }
+  return most;
+}
+
 /// Fits a sheet to the samples around the voxel `at`, by fourth-order differences along the axes.
 bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
   const glm::ivec3 q = at - patch.lo;
@@ -79,7 +92,8 @@ bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
-  return true;
+  // A curved fit may mix two sheets.
+  return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
 /// Largest distance of the samples of fit() from their centre along the unit vector n.
@@ -146,13 +160,14 @@ struct Groups {
     for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
     return most;
   }
-  /// Direction in which p moves away from all sheets except the sheet `except`.
-  dvec3 away(const dvec3& p, int except) const noexcept {
-    dvec3 sum(0), n;
+  /// Direction away from all sheets except `except`, at the point p of a surface with the normal n.
+  dvec3 away(const dvec3& p, const dvec3& n, int except) const noexcept {
+    dvec3 sum(0), other;
     for (int k = 0; k < count; ++k) {
       if (k == except) continue;
-      first[k]->sheet.distance(p, n);
-      sum -= n;
+      first[k]->sheet.distance(p, other);
+      const dvec3 along = glm::dot(other, n) * n - other;
+      sum += along / std::max(glm::length(along), 1e-3);
     }
     return sum;
   }
@@ -169,6 +184,22 @@ struct Groups {
   }
 };
 
+/// Fits the sheet `own` at `place` and then in steps away from the other sheets, until `accepts` returns true.
+template <class Accepts>
+bool fit_away(const SurfacePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
+              Accepts&& accepts) noexcept {
+  for (int step = 0; step < C::away_steps; ++step) {
+    const dvec3 away = groups.away(place.x, place.n, own);
+    for (const double farther : C::farther) {
+      if (fit_beyond(patch, place, away, farther, fitted) && accepts(fitted)) return true;
+      if (step > 0) break;
+    }
+    const dvec3 along = away - glm::dot(away, place.n) * place.n;
+    if (glm::length(along) < 1e-3 || !land(patch, place.x + C::away_step * glm::normalize(along), place)) return false;
+  }
+  return false;
+}
+
 /// Fits a sheet at each place, and groups those that belong to the same sheet. Returns false if there are not two or
 /// three sheets.
 bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
@@ -182,11 +213,7 @@ bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directi
   for (Place& place : around) {
     if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;
     if (groups.above(place.at.x) > -C::missed_below && std::abs(glm::dot(place.at.n, line)) < C::along_line) continue;
-    const dvec3 away = groups.away(place.at.x, -1);
-    Landing beyond;
-    if (fit_beyond(patch, place.at, away, place.fitted) ||
-        (land(patch, place.at.x + C::aside[0] * glm::normalize(away), beyond) &&
-         fit_beyond(patch, beyond, away, place.fitted))) {
+    if (fit_away(patch, place.at, groups, -1, place.fitted, [](const Fitted&) { return true; })) {
       groups.add(place);
     }
   }
@@ -213,16 +240,14 @@ bool choose(const SurfacePatch& patch, const dvec3& x, const Place (&around)[C::
   const auto try_fit = [&](const Fitted& fitted) {
     const double distance = glm::length(fitted.at - x);
     if (distance < nearest && clearance(fitted, x, groups, own) > C::clear) nearest = distance, sheet = fitted.sheet;
+    return nearest < 1e300;
   };
   for (const Place& place : around) {
     if (place.group == own) try_fit(place.fitted);
   }
+  Fitted beyond;
   for (const Place& place : around) {
-    if (place.group != own || nearest < 1e300) continue;
-    for (const double farther : C::farther) {
-      Fitted beyond;
-      if (fit_beyond(patch, place.at, groups.away(place.at.x, own), farther, beyond)) try_fit(beyond);
-    }
+    if (place.group == own && nearest == 1e300) fit_away(patch, place.at, groups, own, beyond, try_fit);
   }
   return nearest < 1e300;
 }
@@ -270,6 +295,11 @@ bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
 
 namespace {
 
+/// Compares the sheets with the sample at the voxel `at`.
+bool agrees(const SurfacePatch& patch, const dvec3& at, const Crease& crease, double tolerance) noexcept {
+  return patch.holds(at, 0) && std::abs(sample_linear(patch, at) - crease.above(at)) < tolerance;
+}
+
 bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside, Crease& crease) noexcept {
   Place around[C::directions];
   search_around(patch, x, n, aside, around);
@@ -285,12 +315,31 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
       if (i != j && crease.sheet[j].distance(crease.sheet[i].x, normal) > -C::convex) return false;
     }
   }
-  return std::ranges::none_of(
-      around, [&](const Place& place) { return place.landed && crease.above(place.at.x) < -C::missed_below; });
+  // Is there a further sheet below a place? Interpolated places on a sharp ridge lie too deep, so a sample decides.
+  return std::ranges::none_of(around, [&](const Place& place) {
+    if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
+    const dvec3 below = glm::floor(place.at.x - C::below * place.at.n + 0.5);
+    return !agrees(patch, below, crease, C::missed_by);
+  });
 }
 
-/// Fits the sheets of a crease again, near its point x. Returns false if that fails.
+/// Returns false if another sheet cuts the line of two sheets near x.
+bool line_goes_on(const SurfacePatch& patch, const dvec3& x, const Crease& crease) noexcept {
+  dvec3 on = x, n[2];
+  if (crease.count != 2 || !crease.onto_line(0, 1, on, n)) return false;
+  const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
+  for (const double way : {-C::ahead, C::ahead}) {
+    dvec3 p = on + way * along;
+    if (!crease.onto_line(0, 1, p, n)) return false;
+    const dvec3 below = glm::floor(p - C::below * glm::normalize(n[0] + n[1]) + 0.5);
+    if (!agrees(patch, below, crease, C::line_agrees)) return false;
+  }
+  return true;
+}
+
+/// Fits the sheets of an edge or rim again, near its point x. Returns false if that fails.
 bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept {
+  if (crease.count != 2) return false;
   Fitted known[Crease::kMost];
   Groups groups;
   for (; groups.count < crease.count; ++groups.count) {
@@ -303,7 +352,7 @@ bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept 
     on.x = x - crease.sheet[k].distance(x, on.n) * on.n;
     const auto fits = [&](double farther) {
       Fitted fitted;
-      if (!fit_beyond(patch, on, groups.away(x, k), farther, fitted)) return false;
+      if (!fit_beyond(patch, on, groups.away(x, on.n, k), farther, fitted)) return false;
       dvec3 n;
       if (std::abs(fitted.sheet.distance(on.x, n)) > C::same_sheet || clearance(fitted, x, groups, k) < C::clear)
         return false;
@@ -312,6 +361,7 @@ bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept 
     };
     if (!std::ranges::any_of(C::aside_followed, fits)) return false;
   }
+  if (!line_goes_on(patch, x, fresh)) return false;
   crease = fresh;
   return true;
 }

@@ -102,12 +102,16 @@ struct CreaseParameters {
   static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
   // farther: distances beyond the place at which a sheet is fitted. height: distance above the sheet.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
+  static constexpr int away_steps = 5;  // along a narrow sheet, away from the others
+  static constexpr double away_step = 3;
   static constexpr double clear = 0.4;  // smallest distance between the samples of a fit and the samples of other
                                         // sheets
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel
   // Largest third or fourth difference of the samples. rough_curved × curvature² is added for curved sheets.
   static constexpr double rough = 0.03, rough_curved = 4;
+  // Above this curvature (1/voxel), a fit must agree with samples two voxels from its centre within `residual`.
+  static constexpr double curved = 0.05, residual = 0.05;
   static constexpr double same_normal =
       0.7;  // cosine between the normals of a sheet and of the place where it is fitted
   // Two fits belong to one sheet within this distance, and above this cosine between their normals.
@@ -116,9 +120,12 @@ struct CreaseParameters {
   // A place belongs to a third sheet if it is this far below two sheets, or if the cosine between its normal and their
   // line is larger.
   static constexpr double missed_below = 0.6, along_line = 0.3;
+  static constexpr double missed_by = 0.3;  // difference of a sample below a place from the sheets, for a further sheet
   // Distances from the place of the last fit within which a crease is used again, and within which its sheets are
   // fitted again without a search.
   static constexpr double reused = 1, followed = 3;
+  // The line of two sheets goes on if samples `below` it, `ahead` in both directions, agree with the sheets.
+  static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
   static constexpr double converged = 1e-9;
   static constexpr double min_angle = 1e-4;  // determinant of normals below which sheets do not meet
@@ -135,7 +142,7 @@ struct DescentParameters {
 
 /// Contact of a head with a crease (ContactFinder::touch_crease). Voxels.
 struct CreaseContactParameters {
-  static constexpr int steps = 8;
+  static constexpr int steps = 20;
   static constexpr double aligned = 1e-9;  // search ends at this derivative of gap along the crease
   static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a sheet
   static constexpr double longest = 4;     // longest step along the crease
