@@ -28,7 +28,7 @@ using Ordered = nlohmann::ordered_json;
 constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
 constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
-constexpr double kNarrowest = 1.3e-3;            // m, narrowest part of a cavity that a bur of 1.2 mm can cut
+constexpr double kNarrowest = 1.3e-3;              // m, narrowest part of a cavity that a bur of 1.2 mm can cut
 constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};  // m, displacement of the careless hand from the plan
 
 Json families_table() {
@@ -78,22 +78,27 @@ struct Draft {
   dvec3 offset;  // m, from the tooth's frame to frame W
   Ordered ideal = Ordered::object(), neighbours = Ordered::array();
   std::optional<Lesion> lesion;
-  glm::dmat3 R{1};  // u, v, w in the tooth's frame
+  glm::dmat3 R{1};     // u, v, w in the tooth's frame
+  glm::dmat3 turn{1};  // of the tooth in frame W
 
   double mm(const char* name) const { return out.parameters.at(name) * kMillimetre; }
+  /// Turns the tooth by 180° about its axis, so that its buccal side faces the trainee.
+  void show_buccal_side() { turn = {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}; }
+  bool turned() const { return turn[0].x < 0; }
   void approach_along(const dvec3& w) { R = {{1, 0, 0}, glm::cross(w, dvec3(1, 0, 0)), w}; }
   Ordered direction(const dvec3& d) const {
-    const dvec3 to = R * d;
+    const dvec3 to = turn * R * d;
     return {to.x, to.y, to.z};
   }
   Ordered point(const dvec3& p) const {
-    const dvec3 q = R * p + offset;
+    const dvec3 q = turn * R * p + offset;
     return {in_mm(q.x), in_mm(q.y), in_mm(q.z)};
   }
   double above() const { return out.tooth.crown + 3e-3; }
   Ordered halfspace(const dvec3& normal, const dvec3& on) const {
     return {
-        {"halfspace", {{"normal", direction(normal)}, {"offset_mm", in_mm(glm::dot(R * normal, R * on + offset))}}}};
+        {"halfspace",
+         {{"normal", direction(normal)}, {"offset_mm", in_mm(glm::dot(turn * R * normal, turn * R * on + offset))}}}};
   }
   Ordered shaft(const glm::dvec2& at, double floor, double radius) const {
     const double height = above() - floor;
@@ -128,7 +133,8 @@ struct Draft {
   /// Adds a neighbour: the tooth itself, mirrored at its contact point.
   void add_neighbour(double side) {
     const CaseTooth& tooth = out.tooth;
-    const dvec3 at = dvec3(side * 0.5 * tooth.md, -tooth.form.lean * tooth.form.proximal, tooth.form.proximal) + offset;
+    const dvec3 contact(side * 0.5 * tooth.md, -tooth.form.lean * tooth.form.proximal, tooth.form.proximal);
+    const dvec3 at = turn * contact + offset;
     neighbours.push_back({{"contact_mm", {in_mm(at.x), in_mm(at.y), in_mm(at.z)}}});
   }
   /// Largest w of the tooth at (u, v), m.
@@ -258,6 +264,7 @@ void lingual_box(Draft& draft) {
 /// Slot in the buccal surface above the neck, below its middle as deep as stated.
 void cervical(Draft& draft) {
   draft.approach_along({0, 1, 0});  // v: towards the root
+  draft.show_buccal_side();
   const double width = draft.mm("height_mm"), reach = 0.5 * (draft.mm("length_mm") - width);
   const double v = -draft.mm("above_neck_mm") - 0.5 * width;
   const double top = draft.surface({0, v}), floor = top - draft.mm("depth_mm");
@@ -299,6 +306,19 @@ void apply_lesion(Draft& draft) {
         tissue.tissue[i] = Tissue::kCaries;
         tissue.hardness[i] = haptics::hardness_byte(hardness);
       }
+}
+
+/// Turns the tissue by 180° about z.
+void turn_round(haptics::DenseTissue& tissue) {
+  const auto reverse_columns = [&](auto& values) {
+    if (values.empty()) return;
+    const auto height = static_cast<std::ptrdiff_t>(tissue.size.z);
+    std::ranges::reverse(values);
+    for (auto column = values.begin(); column != values.end(); column += height) std::reverse(column, column + height);
+  };
+  reverse_columns(tissue.distance), reverse_columns(tissue.tissue), reverse_columns(tissue.hardness);
+  const dvec3 far = tissue.frame.to_world(dvec3(tissue.size - 1));
+  tissue.frame.origin.x = -far.x, tissue.frame.origin.y = -far.y;
 }
 
 /// Number of connected pieces of the tissue `which`, connected by voxel faces. kAir: of all tissue.
@@ -471,13 +491,14 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
   kRecipes.at((*family)["recipe"].string())(draft);
   if (draft.lesion) apply_lesion(draft);
   check_tissue(draft);
+  if (draft.turned()) turn_round(result.tissue);
   result.tissue.frame.origin += draft.offset;
 
   const Ordered scene = scene_of(draft, *family, request, volume_file.file().filename().string());
   result.scene = scene.dump(2) + "\n";
   const haptics::TissueVolume start(result.tissue);
   start.save(volume_file.path());
-  grade(result, scene, volume_file.path(), draft.R, out, start);
+  grade(result, scene, volume_file.path(), draft.turn * draft.R, out, start);
   write_file_atomically(scene_file.path(), result.scene, FileKind::kJson);
   volume_file.keep();
   scene_file.keep();
