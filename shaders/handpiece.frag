@@ -23,12 +23,15 @@ void main() {
   // the neighbouring pixels.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   bool left_out = noise < object.view.y;
+  float rim = 1.0;
   vec3 eye = frame.eye[VIEW].xyz;
   if (object.view.z > 0.0) {
     // Does not draw the part of the handpiece that lies in the cone between the eye and the working point.
     vec3 sight = frame.tool_head.xyz - eye, q = in_position - eye;
     float t = dot(q, sight) / dot(sight, sight), miss = length(q - t * sight) / max(t, 1e-6);
-    if (t < 1.0 && miss < object.view.z * (0.94 + 0.06 * noise)) left_out = true;
+    float edge = miss / object.view.z;
+    if (t < 1.0 && edge < 0.97) left_out = true;
+    if (t < 1.0) rim = mix(0.45, 1.0, smoothstep(0.97, 1.03, edge));  // a thin dark edge, as of a cut
   }
   vec3 color = in_color;
   if (kPerPixel) {
@@ -45,5 +48,5 @@ void main() {
     color = handpiece_light(in_position, n, v, groove, rough, filtered_width(0.0, n), vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
   }
   if (left_out) discard;
-  out_color = vec4(tone_map(color), 1.0);
+  out_color = vec4(tone_map(rim * color), 1.0);
 }

@@ -42,7 +42,8 @@ vec3 with_cursor(vec3 color) {
   float below = dot(q, frame.cursor_down.xyz);
   float r = length(q - below * frame.cursor_down.xyz) / frame.cursor.w;
   float edge = clamp(fwidth(r), 0.02, 0.4), width = max(0.16, 0.8 * edge);
-  float shown = step(-frame.cursor.w, below) * step(dot(in_normal.xyz, frame.cursor_down.xyz), 0.0);
+  // On a wall along the tool, the ring would be two bars.
+  float shown = step(-frame.cursor.w, below) * smoothstep(0.2, 0.5, -dot(in_normal.xyz, frame.cursor_down.xyz));
   float inner = shown * smoothstep(1.0 - width - edge, 1.0 - width, r) * (1.0 - smoothstep(1.0 - edge, 1.0, r));
   float outer = shown * smoothstep(1.0 - edge, 1.0, r) * (1.0 - smoothstep(1.0 + width, 1.0 + width + edge, r));
   color = mix(color, vec3(0.012, 0.05, 0.06), 0.7 * outer);
