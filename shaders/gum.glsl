@@ -1,4 +1,4 @@
-// Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs hash(),
+// Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs layer(),
 // noise() and bumped().
 const uint kGingiva = 7u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
 
@@ -12,12 +12,14 @@ float vessels(vec3 p) {
 /// into the next cell. `spacing`: m, edge of a cell; `tilt`: steepest slope, rad.
 vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
   vec3 q = p / spacing, first = floor(q - 0.5), slope = vec3(0);
-  for (int i = 0; i < 8; ++i) {
-    vec3 cell = first + vec3(i & 1, (i >> 1) & 1, i >> 2);
-    float a = hash(cell + 0.37), b = hash(cell + 17.37), c = hash(cell + 41.37);
-    float radius = 0.28 + 0.22 * fract(a * 7.0);
-    vec3 from = (q - cell - 0.5 - 0.5 * (vec3(a, b, c) - 0.5)) / radius;
-    slope += max(1.0 - dot(from, from), 0.0) * from * (0.4 + 0.6 * fract(b * 7.0));
+  for (int z = 0; z < 2; ++z) {
+    vec4 a = layer(first + 0.37, z), b = layer(first + 17.37, z), c = layer(first + 41.37, z);
+    vec4 radius = 0.28 + 0.22 * fract(a * 7.0), height = 0.4 + 0.6 * fract(b * 7.0);
+    for (int i = 0; i < 4; ++i) {
+      vec3 cell = first + vec3(i & 1, i >> 1, z);
+      vec3 from = (q - cell - 0.5 - 0.5 * (vec3(a[i], b[i], c[i]) - 0.5)) / radius[i];
+      slope += max(1.0 - dot(from, from), 0.0) * height[i] * from;
+    }
   }
   // A dimple of depth (1 - d²)² is steepest where (1 - d²) d = 0.385.
   return normalize(n - tilt / 0.385 * (slope - n * dot(n, slope)));
@@ -30,17 +32,18 @@ float fibres(vec3 p, vec3 n) {
   const float half_length = 0.38, half_width = 0.028, deepest = 0.3;  // cells
   vec3 q = p / spacing, first = floor(q - 0.5);
   float seen = 0.0;
-  for (int i = 0; i < 8; ++i) {
-    vec3 cell = first + vec3(i & 1, (i >> 1) & 1, i >> 2);
-    float a = hash(cell + 5.71), b = hash(cell + 23.71), c = hash(cell + 47.71);
-    vec3 from = q - cell - 0.5 - 0.2 * (vec3(b, c, a) - 0.5);
-    vec3 along = normalize(vec3(a, b, c) - 0.5 + 1e-3);
-    float deep = dot(n, from);
-    from -= n * deep;
-    along -= n * dot(n, along);
-    from -= clamp(dot(from, along) / max(dot(along, along), 1e-4), -half_length, half_length) * along;
-    seen = max(seen, (1.0 - smoothstep(0.5 * half_width, half_width, length(from))) *
-                         (1.0 - smoothstep(0.0, deepest, abs(deep))));
+  for (int z = 0; z < 2; ++z) {
+    vec4 a = layer(first + 5.71, z), b = layer(first + 23.71, z), c = layer(first + 47.71, z);
+    for (int i = 0; i < 4; ++i) {
+      vec3 from = q - first - vec3(i & 1, i >> 1, z) - 0.5 - 0.2 * (vec3(b[i], c[i], a[i]) - 0.5);
+      vec3 along = normalize(vec3(a[i], b[i], c[i]) - 0.5 + 1e-3);
+      float deep = dot(n, from);
+      from -= n * deep;
+      along -= n * dot(n, along);
+      from -= clamp(dot(from, along) / max(dot(along, along), 1e-4), -half_length, half_length) * along;
+      seen = max(seen, (1.0 - smoothstep(0.5 * half_width, half_width, length(from))) *
+                           (1.0 - smoothstep(0.0, deepest, abs(deep))));
+    }
   }
   return seen;
 }
@@ -54,7 +57,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.93, 0.83, 0.86), vec3(1.07, 1.17, 1.14), noise(p * 420.0));
     if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
-    n = dimpled(smooth_normal, p, 0.5e-3, 0.13 * attached);
+    if (attached > 0.0) n = dimpled(smooth_normal, p, 0.5e-3, 0.13 * attached);
     gloss_normal = bumped(n, p, 1.1e-3, 0.06);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));

@@ -19,8 +19,8 @@ const float kKnurlPitch = 0.9e-3;  // m, same value as in engine/render/handpiec
 const float kKnurlSlope = 0.5;     // largest slope of the knurl's pyramids
 
 void main() {
-  // Dither pattern, as in tool.frag. Pixels are discarded only at the end, because the derivatives (fwidth) below need
-  // the neighbouring pixels.
+  // Dither pattern, as in tool.frag. Pixels are discarded only after the derivatives (fwidth) below, which need the
+  // neighbouring pixels.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   bool left_out = noise < object.view.y;
   float rim = 1.0;
@@ -45,8 +45,11 @@ void main() {
     n = normalize(n + seen * (along * (slope.x + slope.y) + groove * (slope.x - slope.y)));
     groove = normalize(groove - n * dot(n, groove));
     float rough = mix(in_look.x, 0.6, in_grip.z * (1.0 - seen));
-    color = handpiece_light(in_position, n, v, groove, rough, filtered_width(0.0, n), vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
+    float widened = filtered_width(0.0, n);
+    if (left_out) discard;
+    color = handpiece_light(in_position, n, v, groove, rough, widened, vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
+  } else if (left_out) {
+    discard;
   }
-  if (left_out) discard;
   out_color = vec4(tone_map(rim * color), 1.0);
 }

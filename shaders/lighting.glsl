@@ -167,6 +167,14 @@ float in_tissue_grid(vec3 p) {
   return smoothstep(0.0, border, min(inner.x, min(inner.y, inner.z)));
 }
 
+// Compares a lookup of the shadow map with the depth of the tangent plane at its place. With the depth of the point
+// itself, the side of a tilted surface that is nearer to the lamp would shadow the point.
+float shadow_lookup(vec3 q, vec2 tilt, float penumbra, int i) {
+  vec2 o = penumbra * disc(i, kShadowTaps);
+  float down = (dot(tilt, o) - kContact * length(o)) / frame.light_size.y;
+  return textureLod(shadow_map, q + vec3(o / frame.light_size.x, down), 0.0);
+}
+
 // Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the
 // tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
 vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
@@ -200,15 +208,19 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 0.26e-3 * slope);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
-    // Each lookup is compared with the depth of the tangent plane at its place. With the depth of the point itself, the
-    // side of a tilted surface that is nearer to the lamp would shadow the point.
+    // The outer lookups come first; where they agree, the others are left out.
+    const int kRing = 6;
+    bool all = kShadowTaps <= 2 * kRing;
     float lit = 0.0;
-    for (int i = 0; i < kShadowTaps; ++i) {
-      vec2 o = penumbra * disc(i, kShadowTaps);
-      float down = (dot(tilt, o) - kContact * length(o)) / frame.light_size.y;
-      lit += texture(shadow_map, q + vec3(o / frame.light_size.x, down));
+    for (int i = 0; i < (all ? kShadowTaps : kRing); ++i) lit += shadow_lookup(q, tilt, penumbra, kShadowTaps - 1 - i);
+    if (all) {
+      result.x = lit / float(max(kShadowTaps, 1));
+    } else if (lit == 0.0 || lit == float(kRing)) {
+      result.x = lit / float(kRing);
+    } else {
+      for (int i = kRing; i < kShadowTaps; ++i) lit += shadow_lookup(q, tilt, penumbra, kShadowTaps - 1 - i);
+      result.x = lit / float(kShadowTaps);
     }
-    result.x = lit / float(max(kShadowTaps, 1));
     // The shadow fades out towards the map's border, so that the border is not visible.
     vec2 from_middle = abs(q.xy - 0.5);
     result = mix(vec2(beyond, 1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));

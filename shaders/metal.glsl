@@ -21,9 +21,11 @@ vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rou
   float a = max(rough * rough, 0.02), thin = a * (1.0 - 0.6 * brushed), wide = min(a * (1.0 + 4.0 * brushed), 1.0);
   if (kLightGrid) {
     // Mean of three directions, which the grooves spread.
-    for (int i = -1; i <= 1; ++i) {
-      vec3 tilted = normalize(n + 0.9 * float(i) * (wide - thin) * across);
-      around += (i == 0 ? 0.5 : 0.25) * mirrored_light(p, n, reflect(-v, tilted), kMirrorAtMetal);
+    around = mirrored_light(p, n, reflect(-v, n), kMirrorAtMetal);
+    if (brushed > 0.0) {
+      vec3 tilt = 0.9 * (wide - thin) * across;
+      around = 0.5 * around + 0.25 * (mirrored_light(p, n, reflect(-v, normalize(n - tilt)), kMirrorAtMetal) +
+                                      mirrored_light(p, n, reflect(-v, normalize(n + tilt)), kMirrorAtMetal));
     }
   } else {
     // Reflection of the room by a normal that is bent towards the viewer (Revie 2011).

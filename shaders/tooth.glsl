@@ -15,23 +15,41 @@ const float kTubules = 0.25;
 /// Returns the tooth's axis in W, which is the z axis of the body.
 vec3 object_axis() { return vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z); }
 
-float hash(vec3 p) {
-  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
-  p += dot(p, p.yxz + 33.33);
-  return fract((p.x + p.y) * p.z);
+// Values 0..1 of the lattice points (x, y, z).
+vec4 hash(vec4 x, vec4 y, vec4 z) {
+  x = fract(x * 0.1031);
+  y = fract(y * 0.1030);
+  z = fract(z * 0.0973);
+  vec4 sum = x + y, d = (2.0 * x * y + 33.33 * sum) + z * (z + 33.33);
+  return fract((sum + 2.0 * d) * (z + d));
+}
+/// Returns the values at (0, 0), (1, 0), (0, 1) and (1, 1) of the layer z above p.
+vec4 layer(vec3 p, float z) {
+  return hash(p.x + vec4(0, 1, 0, 1), p.y + vec4(0, 0, 1, 1), vec4(p.z + z));
+}
+vec3 smoothed(vec3 f) { return f * f * (3.0 - 2.0 * f); }
+float blend(vec4 corners, vec2 f) {
+  vec2 line = mix(corners.xy, corners.zw, f.y);
+  return mix(line.x, line.y, f.x);
 }
 float noise(vec3 p) {
-  vec3 i = floor(p), f = fract(p);
-  f = f * f * (3.0 - 2.0 * f);
-  return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
-             mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
+  vec3 i = floor(p), f = smoothed(p - i);
+  return blend(mix(layer(i, 0.0), layer(i, 1.0), f.z), f.xy);
 }
 /// Returns the normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
 vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
-  vec3 q = p / size;
-  float here = noise(q);
-  vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
-  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
+  // Differences of noise() over `ahead` along each axis, from the cell and the next layer of lattice points per axis.
+  const float ahead = 0.35;
+  vec3 q = p / size, i = floor(q), f = smoothed(q - i), moved = q - i + ahead;
+  vec3 next = step(1.0, moved), g = smoothed(moved - next);
+  vec4 back = layer(i, 0.0), front = layer(i, 1.0), middle = mix(back, front, f.z);
+  vec3 first = vec3(mix(middle.x, middle.z, f.y), mix(middle.x, middle.y, f.x), blend(back, f.xy));
+  vec3 second = vec3(mix(middle.y, middle.w, f.y), mix(middle.z, middle.w, f.x), blend(front, f.xy));
+  vec3 third = vec3(blend(hash(vec4(i.x + 2.0), i.y + vec4(0, 1, 0, 1), i.z + vec4(0, 0, 1, 1)), f.yz),
+                    blend(hash(i.x + vec4(0, 1, 0, 1), vec4(i.y + 2.0), i.z + vec4(0, 0, 1, 1)), f.xz),
+                    blend(layer(i, 2.0), f.xy));
+  vec3 slope = mix(mix(first, second, next), mix(second, third, next), g) - mix(first, second, f);
+  return normalize(n - tilt * (slope - n * dot(n, slope)) / ahead);
 }
 /// Returns the fraction of a structure of this period (m) that pixels of this size (m) can show: 1 if a period is at
 /// least four pixels wide, 0 below two pixels. So fine structure disappears instead of flickering.
