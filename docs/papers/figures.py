@@ -97,11 +97,11 @@ def vertex_filter(program):
     """Ripple: rms of the force's change in a tick."""
     rows = [list(row) for row in mesh_lod.hand(mesh_lod.smooth_line())]
     drawing = Drawing("s")
-    for title, filter_law in (("filter off", None), ("filter on", {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3})):
+    for title, force_filter in (("filter off", "none"), ("filter on", "stroke")):
         scene = json.loads((ASSETS / "scenes/arch-explore.json").read_text())
         scene["tissue"]["mesh"]["file"] = str(mesh_lod.MESH)
         scene["tissue"]["mesh"].pop("move_mm")  # the hand follows the file's own coordinates
-        scene["model"] = {"vertex": {"filter": filter_law} if filter_law else {}}
+        scene["model"], scene["force_filter"] = "vertex", force_filter
         scene["passivity"] = scene["friction"] = False  # the force as the model makes it
         with tempfile.TemporaryDirectory() as name:
             ticks, _ = servo(program, pathlib.Path(name), scene, rows)

@@ -32,19 +32,11 @@ class VertexMethod final : public ContactMethod {
 SharedContactMethod read(const std::optional<Json>& json) {
   Parameters p;
   if (json) {
-    json->allow_only({"edge_mm", "as_printed", "filter", "spare_vertices"});
+    json->allow_only({"edge_mm", "as_printed", "spare_vertices"});
     if (const auto edge = json->find("edge_mm")) p.edge = edge->number(0.005, 10) * kMillimetre;
     p.as_printed = json->boolean_or("as_printed", false);
     if (const auto spare = json->find("spare_vertices")) {
       p.spare = static_cast<std::size_t>(spare->integer(0, 20'000'000));
-    }
-    if (const auto filter = json->find("filter")) {
-      filter->allow_only({"xi_N", "zeta_N", "lambda_N"});
-      ForceFilterLaw law;
-      law.still = filter->number_or("xi_N", law.still, 0, 300);
-      law.renewal = filter->number_or("zeta_N", law.renewal, 0, 300);
-      law.cap = filter->number_or("lambda_N", law.cap, 1e-6, 300);
-      p.filter = law;
     }
   }
   return std::make_shared<VertexMethod>(p);

@@ -5,24 +5,20 @@
 #include <optional>
 
 #include "haptics/contact_method.h"
-#include "haptics/coupling/filters.h"
 
 namespace typodont::haptics::vertex {
 
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;          // m, target edge; 0: a sixth of the radius
-  bool as_printed = false;  // true: uses the rules as printed in S4 (README.md)
-  // Filter of S4, figure 5; empty: no filter.
-  std::optional<ForceFilterLaw> filter;
+  double edge = 0;              // m, target edge; 0: a sixth of the radius
+  bool as_printed = false;      // true: uses the rules as printed in S4 (README.md)
   std::size_t spare = 200'000;  // number of vertices that cuts may add
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };
 
-/// Reads the parameters, for example {"edge_mm": 0.1, "as_printed": false, "filter": {"xi_N": 0.001, "zeta_N": 0.1,
-/// "lambda_N": 3}, "spare_vertices": 200000}. Throws Error.
+/// Reads the parameters, for example {"edge_mm": 0.1, "as_printed": false, "spare_vertices": 200000}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::vertex

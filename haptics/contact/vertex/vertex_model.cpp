@@ -75,7 +75,7 @@ double VertexModel::travel() const noexcept {
 
 void VertexModel::forget() noexcept {
   found_ = touching_ = eases_ = ahead_ = false;
-  filtered_ = eased_ = dvec3(0);
+  eased_ = dvec3(0);
 }
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
@@ -417,11 +417,6 @@ void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& 
     out.torque *= damped / size;
   }
   if (!parameters_.as_printed) out.force = eased(in, out.force);
-  if (!parameters_.filter) return;
-  const dvec3 filtered = filter_force(ForceFilter::kStroke, *parameters_.filter, out.force, filtered_);
-  const double before = glm::length(out.force);
-  if (before > 0) out.torque *= glm::length(filtered) / before;
-  out.force = filtered_ = filtered;
 }
 
 void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -483,7 +478,6 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
 
 /// Without contact: reduces a bur's last contact force to zero.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
-  filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
   const dvec3 rest = eased(in, dvec3(0));
   const double size = glm::length(rest);
@@ -520,8 +514,6 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   if (out.touching) {
     springs_ = sum;
     give(in, sum.force, sum.torque, out);
-  } else {
-    filtered_ = dvec3(0);
   }
 }
 

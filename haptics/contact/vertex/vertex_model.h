@@ -165,7 +165,6 @@ class VertexModel final : public ContactModel {
   std::vector<double> edges_;      // m, target edge length for each head
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};              // N, filtered force of the last tick
   bool eases_ = false;             // true: eased() limits the force, because a bur cuts or its last force still fades
   dvec3 eased_{0};                 // N, force that eased() returned in the last tick
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
