@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +12,10 @@
 #include "haptics/contact/contact_model.h"
 #include "haptics/contact/tissue_body.h"
 #include "haptics/tool.h"
+
+namespace typodont {
+class Keys;
+}
 
 namespace typodont::haptics {
 
@@ -32,11 +35,11 @@ class ContactMethod {
 };
 using SharedContactMethod = std::shared_ptr<const ContactMethod>;
 
-/// Reads a method's parameters from the scene; nullopt: the scene states only the name. Throws Error.
-using ContactMethodReader = std::function<SharedContactMethod(const std::optional<Json>& parameters)>;
+/// Describes a method's parameters, and returns the method with those of the scene. Throws Error.
+using ContactMethodReader = std::function<SharedContactMethod(Keys& keys)>;
 
 /// Registers a contact method that another module defines. Declare an object at namespace scope:
-///   const ContactMethodRegistration registration{"mine", [](const auto& parameters) { … }};
+///   const ContactMethodRegistration registration{"mine", [](Keys& keys) { … }};
 /// Throws std::logic_error if the name already exists.
 struct ContactMethodRegistration {
   ContactMethodRegistration(std::string name, ContactMethodReader reader);
@@ -47,6 +50,8 @@ struct ContactMethodRegistration {
 SharedContactMethod contact_method(std::string_view name, std::string_view where);
 /// Reads a method: "offset", or {"offset": {parameters}}. Throws Error.
 SharedContactMethod read_contact_method(const Json& json);
+/// Lists the parameters of each method under its name.
+void list_contact_methods(Keys& keys);
 /// Returns the names as users see them, without the alias "god-object" of "offset".
 std::vector<std::string> contact_method_names();
 /// Returns the names for messages: "one of: offset, …".

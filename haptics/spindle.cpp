@@ -1,39 +1,52 @@
 #include "haptics/spindle.h"
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "haptics/described.h"
 
 namespace typodont::haptics {
 
+namespace {
+
+constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
+constexpr Form kSizes{"[smallest, largest]",
+                      R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
+
+void describe_nozzles(Keys& keys, Nozzles& nozzles) {
+  keys(must("flow_ml_per_min"), nozzles.flow, {0.1, 500, kMillilitrePerMinute}, "usual flow");
+  double count = nozzles.count;
+  keys("nozzles", count, {1, 16}, "number of nozzles");
+  nozzles.count = static_cast<int>(count);
+  keys("ring_mm", nozzles.ring_radius, {0.5, 20, kMillimetre}, "distance from the axis of the bur");
+  keys("setback_mm", nozzles.setback, {0.5, 60, kMillimetre}, "distance from the free end of the bur, along its axis");
+  keys("cone_deg", nozzles.cone, {0, 40, kDegree}, "standard deviation of a drop's angle to the aim");
+  keys("speed_m_per_s", nozzles.speed, {0.1, 60}, "speed of the drops at the nozzle");
+  if (const auto drops = keys("drops_um", kSizes, "diameters of the drops, 1–2000; default [80, 250]")) {
+    const std::vector<double> range = drops->numbers(2);
+    if (!(range[0] >= 1 && range[0] <= range[1] && range[1] <= 2000)) drops->fail("[least, greatest], 1 to 2000");
+    nozzles.min_drop = range[0] * kMicrometre, nozzles.max_drop = range[1] * kMicrometre;
+  }
+  keys.ignore("source");
+}
+
+}  // namespace
+
+void describe_spindle(Keys& keys, Spindle& spindle) {
+  keys(must("name"), spindle.name, "name of the motor");
+  keys(must("free_speed_krpm"), spindle.free_speed, {0.001, 1000, kKrpm}, "speed without load, 1000 rev/min");
+  keys(must("stall_torque_Nmm"), spindle.stall_torque, {0, 10000, kMillimetre},
+       "torque at which it stands still; 0: ideal");
+  keys("held_torque_Nmm", spindle.held_torque, {0, 10000, kMillimetre}, "up to here it holds its speed");
+  if (keys.json() && keys.json()->has("held_torque_Nmm") && !(spindle.held_torque < spindle.stall_torque))
+    (*keys.json())["held_torque_Nmm"].fail("a torque below stall_torque_Nmm");
+  keys("run_up_s", spindle.run_up_time, {0, 10}, "time constant of a change of the speed");
+  keys("handpiece", spindle.handpiece, "handpiece of this motor ([Handpieces](#handpieces))");
+  keys("spray", spindle.nozzles, describe_nozzles, "water nozzles");
+  keys.ignore("source");
+}
+
 Spindle read_spindle(const Json& json) {
-  json.allow_only(
-      {"name", "free_speed_krpm", "stall_torque_Nmm", "held_torque_Nmm", "run_up_s", "handpiece", "spray", "source"});
-  Spindle spindle;
-  spindle.name = json["name"].string();
-  spindle.free_speed = json["free_speed_krpm"].number(0.001, 1000) * kKrpm;
-  spindle.stall_torque = json["stall_torque_Nmm"].number(0, 10000) * kMillimetre;
-  if (const auto held = json.find("held_torque_Nmm")) {
-    spindle.held_torque = held->number(0, 10000) * kMillimetre;
-    if (!(spindle.held_torque < spindle.stall_torque)) held->fail("a torque below stall_torque_Nmm");
-  }
-  spindle.run_up_time = json.number_or("run_up_s", 0, 0, 10);
-  spindle.handpiece = json.string_or("handpiece", "");
-  if (const auto spray = json.find("spray")) {
-    spray->allow_only(
-        {"flow_ml_per_min", "nozzles", "ring_mm", "setback_mm", "cone_deg", "speed_m_per_s", "drops_um", "source"});
-    Nozzles& nozzles = spindle.nozzles.emplace();
-    nozzles.flow = (*spray)["flow_ml_per_min"].number(0.1, 500) * 1e-6 / 60;
-    nozzles.count = static_cast<int>(spray->number_or("nozzles", nozzles.count, 1, 16));
-    nozzles.ring_radius = spray->number_or("ring_mm", nozzles.ring_radius / kMillimetre, 0.5, 20) * kMillimetre;
-    nozzles.setback = spray->number_or("setback_mm", nozzles.setback / kMillimetre, 0.5, 60) * kMillimetre;
-    nozzles.cone = spray->number_or("cone_deg", nozzles.cone * 180 / kPi, 0, 40) * kPi / 180;
-    nozzles.speed = spray->number_or("speed_m_per_s", nozzles.speed, 0.1, 60);
-    if (const auto drops = spray->find("drops_um")) {
-      const std::vector<double> range = drops->numbers(2);
-      if (!(range[0] >= 1 && range[0] <= range[1] && range[1] <= 2000)) drops->fail("[least, greatest], 1 to 2000");
-      nozzles.min_drop = range[0] * 1e-6, nozzles.max_drop = range[1] * 1e-6;
-    }
-  }
-  return spindle;
+  return read_keys(json, describe_spindle);
 }
 
 }  // namespace typodont::haptics

@@ -8,7 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "haptics/described.h"
 #include "haptics/solid.h"
 
 namespace typodont::haptics {
@@ -16,6 +18,8 @@ namespace typodont::haptics {
 namespace {
 
 using glm::dvec2;
+
+constexpr Form kLength{"0.05–60", R"({"type": "number", "minimum": 0.05, "maximum": 60})"};
 
 // Height above the free end in diameters: below it, surface samples have constant density; above it, the density
 // decreases with height.
@@ -166,15 +170,12 @@ Meridian meridian(const Tool& tool) {
   return kind ? kind->meridian(tool) : shaft(tool);
 }
 
-/// Names of the shapes for messages: "sphere, cylinder or cone".
-std::string names_of_shapes() {
-  std::string text;
-  for (std::size_t i = 0; i < kShapes.size(); ++i) {
-    if (i > 0) text += i + 1 < kShapes.size() ? ", " : " or ";
-    text += kShapes[i].name;
-  }
-  return text;
-}
+/// Names of the shapes, in the order of HeadShape.
+constexpr auto kShapeNames = [] {
+  std::array<std::string_view, kShapes.size()> names;
+  for (const ShapeKind& kind : kShapes) names[static_cast<std::size_t>(kind.shape)] = kind.name;
+  return names;
+}();
 
 }  // namespace
 
@@ -416,80 +417,102 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
   return samples;
 }
 
-Tool read_tool(const Json& json) {
-  json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
-                   "cutting_coefficient", "blades", "grit_um", "scrapes", "sink_yield_N", "shank", "safe_end", "fill",
-                   "implant", "handpiece", "source"});
-  Tool tool;
-  const std::string shape = json["shape"].string();
-  const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });
-  if (kind == kShapes.end()) json["shape"].fail(names_of_shapes());
-  tool.shape = kind->shape;
-  tool.name = json.string_or("name", shape);
-  tool.iso_code = json.string_or("iso_6360", "");
-  tool.handpiece = json.string_or("handpiece", "");
-  tool.diameter = json["diameter_mm"].number(0.05, 60) * kMillimetre;
-  if (tool.shape == HeadShape::kSphere) {
-    tool.length = json.number_or("length_mm", tool.diameter / kMillimetre) * kMillimetre;
-    if (std::abs(tool.length - tool.diameter) > 1e-9)
-      json["length_mm"].fail("the diameter, or no length, for a sphere");
-  } else {
-    tool.length = json["length_mm"].number(0.05, 60) * kMillimetre;
-    if (tool.length < kind->min_length * tool.diameter) {
-      json["length_mm"].fail(kind->min_length == 1 ? "at least the diameter"
-                                                   : fmt::format("at least {:g} times the diameter", kind->min_length));
-    }
+namespace {
+
+void describe_shank(Keys& keys, Tool& tool) {
+  keys(must("length_mm"), tool.shank_length, {0.1, 40, kMillimetre}, "up to the handpiece");
+  keys("diameter_mm", tool.shank_diameter, {0.05, 10, kMillimetre}, "full diameter");
+  tool.neck_diameter = keys.json() ? tool.shank_diameter : kNoDefault;
+  keys("neck_mm", tool.neck_diameter, {0.05, 10, kMillimetre}, "at the head, no wider than it; default: `diameter_mm`");
+  keys("taper_mm", tool.neck_length, {0, 40, kMillimetre}, "length from `neck_mm` to `diameter_mm`");
+  const Json* json = keys.json();
+  if (!json) return;
+  if (tool.neck_diameter > tool.shank_diameter) (*json)["neck_mm"].fail("no wider than the shank");
+  if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
+    json->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
   }
-  tool.cuts = json.boolean_or("cuts", true);
-  tool.side_efficiency = json.number_or("side_efficiency", 1, 0, 1);
-  tool.end_efficiency = json.number_or("end_efficiency", 1, 0, 1);
-  tool.cutting_coefficient = json.number_or("cutting_coefficient", 0.3, 0, 10);
-  if (const auto blades = json.find("blades")) tool.blades = static_cast<int>(blades->integer(1, 64));
-  if (const auto grit = json.find("grit_um")) {
-    if (tool.blades > 0) grit->fail("both blades and grit_um", "one of them");
-    tool.grit = grit->number(5, 500) * kMicrometre;
-  }
-  tool.scrapes = json.number_or("scrapes", 0, 0, 10);
-  if (tool.scrapes > 0 && !tool.cuts) json["scrapes"].fail("0 for a tool that does not cut");
-  tool.sink_yield = json.number_or("sink_yield_N", 0, 0, 20);
-  if (const auto shank = json.find("shank")) {
-    shank->allow_only({"length_mm", "diameter_mm", "neck_mm", "taper_mm"});
-    tool.shank_length = (*shank)["length_mm"].number(0.1, 40) * kMillimetre;
-    tool.shank_diameter = shank->number_or("diameter_mm", 1.6, 0.05, 10) * kMillimetre;
-    tool.neck_diameter = shank->number_or("neck_mm", tool.shank_diameter / kMillimetre, 0.05, 10) * kMillimetre;
-    tool.neck_length = shank->number_or("taper_mm", 0, 0, 40) * kMillimetre;
-    if (tool.neck_diameter > tool.shank_diameter) (*shank)["neck_mm"].fail("no wider than the shank");
-    if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
-      shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
-    }
-    // A sudden step from neck to shank would be concave, so a very short cone replaces it.
-    if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
-  }
-  if (const auto end = json.find("safe_end")) {
-    end->allow_only({"length_mm", "diameter_mm"});
-    tool.safe_length = (*end)["length_mm"].number(0.02, 10) * kMillimetre;
-    tool.safe_diameter = (*end)["diameter_mm"].number(0.02, 10) * kMillimetre;
-    if (tool.safe_diameter > tool.diameter * (1 + 1e-9)) (*end)["diameter_mm"].fail("no wider than the head");
-  }
-  if (const auto fill = json.find("fill")) {
-    fill->allow_only({"tissue", "rate_mm3_per_s", "reach_mm", "within"});
-    const auto tissue = tissue_named((*fill)["tissue"].string());
-    if (!tissue || *tissue == Tissue::kAir) (*fill)["tissue"].fail("the name of a tissue, e.g. composite");
-    if (json.boolean_or("cuts", false)) json["cuts"].fail("false: what fills does not cut");
-    tool.cuts = false;
+  // A sudden step from neck to shank would be concave, so a very short cone replaces it.
+  if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
+}
+
+void describe_safe_end(Keys& keys, Tool& tool) {
+  keys(must("length_mm"), tool.safe_length, {0.02, 10, kMillimetre}, "length beyond the free end");
+  keys(must("diameter_mm"), tool.safe_diameter, {0.02, 10, kMillimetre}, "diameter; not wider than the head");
+  if (keys.json() && tool.safe_diameter > tool.diameter * (1 + 1e-9))
+    (*keys.json())["diameter_mm"].fail("no wider than the head");
+}
+
+void describe_fill(Keys& keys, Tool& tool) {
+  if (const auto name = keys(must("tissue"), kName, "tissue of the filling")) {
+    const auto tissue = tissue_named(name->string());
+    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue, e.g. composite");
     tool.fill = *tissue;
-    tool.fill_rate = (*fill)["rate_mm3_per_s"].number(1e-3, 1000) * kCubicMillimetre;
-    if (const auto within = fill->find("within")) {
-      if (!mesh_files(*within).empty()) within->fail("a solid without a mesh: it is asked in every tick");
-      tool.fill_within = read_solid(*within);
-    }
-    tool.fill_reach = fill->number_or("reach_mm", tool.radius() / kMillimetre, 0.05, 5) * kMillimetre;
   }
-  if (const auto implant = json.find("implant")) {
+  keys(must("rate_mm3_per_s"), tool.fill_rate, {1e-3, 1000, kCubicMillimetre}, "volume that grows per second");
+  tool.fill_reach = keys.json() ? tool.radius() : kNoDefault;
+  keys("reach_mm", tool.fill_reach, {0.05, 5, kMillimetre}, "distance from the free end; default: the head's radius");
+  if (const auto within =
+          keys("within", kAnyObject, "the filling grows only in this [solid](#solids) without a mesh")) {
+    if (!mesh_files(*within).empty()) within->fail("a solid without a mesh: it is asked in every tick");
+    tool.fill_within = read_solid(*within);
+  }
+}
+
+}  // namespace
+
+void describe_tool(Keys& keys, Tool& tool) {
+  const Json* json = keys.json();
+  keys("name", tool.name, "name of the tool; default: the shape. A tool from a file gets the name of the file");
+  keys("iso_6360", tool.iso_code, "ISO 6360 code of the tool");
+  keys(must("shape"), tool.shape, kShapeNames, "shape of the head");
+  if (json && !json->has("name")) tool.name = name_of(tool.shape);
+  keys(must("diameter_mm"), tool.diameter, {0.05, 60, kMillimetre}, "largest diameter of the head");
+  if (tool.shape == HeadShape::kSphere) tool.length = tool.diameter;
+  const auto length =
+      keys("length_mm", kLength,
+           "length of the head along its axis; required except for `sphere`, where it is the diameter. For "
+           "`round_end_cylinder` and `pear`, at least the diameter; for `flame`, at least 1.5 times the diameter");
+  if (json && tool.shape != HeadShape::kSphere) {
+    tool.length = (*json)["length_mm"].number(0.05, 60) * kMillimetre;
+    if (const double min = kind_of(tool.shape)->min_length; tool.length < min * tool.diameter) {
+      length->fail(min == 1 ? "at least the diameter" : fmt::format("at least {:g} times the diameter", min));
+    }
+  } else if (length && std::abs(length->number() * kMillimetre - tool.diameter) > 1e-9) {
+    length->fail("the diameter, or no length, for a sphere");
+  }
+  keys("cuts", tool.cuts, "false for probes and gauges, which never cut");
+  keys("side_efficiency", tool.side_efficiency, {0, 1}, "fraction of the pressing force that cuts at the side");
+  keys("end_efficiency", tool.end_efficiency, {0, 1}, "the same at the end");
+  keys("cutting_coefficient", tool.cutting_coefficient, {0, 10}, "tangential / pressing force of the edges");
+  keys("blades", tool.blades, {1, 64}, "blades of a drill, which cuts by `blade` of the tissue");
+  keys("grit_um", tool.grit, {5, 500, kMicrometre},
+       "mean size of the grains of a diamond, which cuts by `grit` of the tissue. Without it and without `blades`, the "
+       "energy is the specific energy");
+  keys("scrapes", tool.scrapes, {0, 10}, "above 0: C of a hand instrument, which cuts without rotation");
+  keys("sink_yield_N", tool.sink_yield, {0, 20}, "force at which a probe's tip sinks into caries; 0: never");
+  if (json && tool.blades > 0 && tool.grit > 0) (*json)["grit_um"].fail("both blades and grit_um", "one of them");
+  if (json && tool.scrapes > 0 && !tool.cuts) (*json)["scrapes"].fail("0 for a tool that does not cut");
+  keys("shank", tool, describe_shank, "[Shank](#shank-and-safe-end)");
+  keys("safe_end", tool, describe_safe_end, "[safe end](#shank-and-safe-end)");
+  keys("fill", tool, describe_fill, "[Filling](#filling)");
+  if (json && tool.fill != Tissue::kAir) {
+    if (json->boolean_or("cuts", false)) (*json)["cuts"].fail("false: what fills does not cut");
+    tool.cuts = false;
+  }
+  const auto any = [&](Keys& of) {
+    ImplantTool instrument;
+    describe_implant_tool(of, instrument, tool.diameter, 2 * tool.half());
+  };
+  if (const auto implant = keys("implant", kObject, any, "[Instruments for implants](#instruments-for-implants)")) {
     tool.implant = std::make_shared<const ImplantTool>(read_implant_tool(*implant, tool.diameter, 2 * tool.half()));
     if (tool.fill != Tissue::kAir) implant->fail("no \"fill\" beside it");
   }
-  return tool;
+  keys("handpiece", tool.handpiece, "the instrument that holds the tool in pictures ([Handpieces](#handpieces))");
+  keys.ignore("source");
+}
+
+Tool read_tool(const Json& json) {
+  return read_keys(json, describe_tool);
 }
 
 }  // namespace typodont::haptics

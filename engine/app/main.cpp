@@ -125,6 +125,7 @@ static int run_program(int argc, char** argv) {
   add_rig_command(program);
   add_replay_command(program);
   add_run_command(program);
+  add_schema_command(program);
   add_replay_driver();
   add_window_drivers();
   program.footer("Without arguments, typodont opens the operator's window.");

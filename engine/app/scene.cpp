@@ -22,11 +22,13 @@
 #include "engine/app/tissue/sampled_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/session/packing_file.h"
 #include "engine/session/place.h"
 #include "haptics/contact_method.h"
+#include "haptics/described.h"
 #include "haptics/import/mesh_solid.h"
 #include "haptics/import/mesh_tissue.h"
 #include "haptics/packing.h"
@@ -53,6 +55,10 @@ constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimet
 // (hip socket), which needs 200 N; a 60 mm reamer then needs 6 N·m at its rim.
 constexpr double kMinForceLimit = 0.1, kMaxForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kMinTorqueLimit = 1e-3, kMaxTorqueLimit = 20;  // N·m, smallest and largest torque limit
+constexpr Form kSolid{"[solid](#solids)", R"({"type": "object"})"}, kSolids{"list", R"({"type": "array"})"},
+    kByTissue{"object", R"({"type": "object", "additionalProperties": "$object"})"},
+    kNamesOrObjects{"list of names or objects", R"({"type": "array"})"},
+    kFalseOrObject{"false or object", R"({"anyOf": [{"const": false}, "$object"]})"};
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 /// Finds the mesh files to which a scene's solids refer: first beside the scene's file, then in the assets.
@@ -60,41 +66,42 @@ haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const Json& name) { return find_file(name, place); }, .read_mesh = haptics::read_mesh_solid};
 }
 
-void read_edges(const Json& json, std::string_view kind, EdgeLaw& law) {
-  const auto edges = json.find(kind);
-  if (!edges) return;
-  edges->allow_only({"energy_ratio", "chip_um", "exponent", "force_ratio"});
-  law.energy_ratio = edges->number_or("energy_ratio", law.energy_ratio, 0.01, 100);
-  law.chip = edges->number_or("chip_um", law.chip / kMicrometre, 0.001, 1000) * kMicrometre;
-  law.exponent = edges->number_or("exponent", law.exponent, 0, 0.9);
-  law.force_ratio = edges->number_or("force_ratio", law.force_ratio, 0, 2);
+Tissue tissue_of(const Json& name) {
+  const auto tissue = tissue_named(name.string());
+  if (!tissue || *tissue == Tissue::kAir) name.fail("the name of a tissue");
+  return *tissue;
+}
+
+void describe_edges(Keys& keys, EdgeLaw& law) {
+  keys("energy_ratio", law.energy_ratio, {0.01, 100},
+       "energy per volume with chips of `chip_um`, divided by the specific energy");
+  keys("chip_um", law.chip, {0.001, 1000, kMicrometre}, "thickness of these chips");
+  keys("exponent", law.exponent, {0, 0.9}, "the energy per volume falls with this power of the thickness");
+  keys("force_ratio", law.force_ratio, {0, 2}, "tangential / pressing force; 0: the tool's `cutting_coefficient`");
+}
+
+void describe_material(Keys& keys, Material& m) {
+  keys("stiffness_N_per_mm", m.stiffness, {0, 1000, kNewtonPerMillimetre}, "stiffness ([Coupling](#coupling))");
+  keys("specific_energy_J_per_mm3", m.specific_energy, {1e-6, 1e6, kJoulePerCubicMillimetre}, "energy per volume");
+  keys("static_friction", m.static_friction, {0, 5}, "coefficient of static friction");
+  keys("dynamic_friction", m.dynamic_friction, {0, 5}, "coefficient of sliding friction, at most `static_friction`");
+  keys("density_g_per_cm3", m.density, {0, 30, kGramPerCubicCentimetre}, "density");
+  keys("color", m.color, read_color, "colour");
+  keys("blade", m.blade, describe_edges, "how drills with stated `blades` cut it");
+  keys("grit", m.grit, describe_edges, "how diamonds with stated `grit_um` cut it");
+  keys.ignore("source");
+  keys("looks_like", kName, "the natural view draws this tissue like the tissue of this name ([Picture](#picture))");
+  if (keys.json() && m.dynamic_friction > m.static_friction) {
+    keys.json()->fail(
+        fmt::format("dynamic_friction {} above static_friction {}", m.dynamic_friction, m.static_friction),
+        "dynamic_friction at most static_friction");
+  }
 }
 
 }  // namespace
 
 void read_material(const Json& json, Material& m) {
-  json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
-                   "density_g_per_cm3", "color", "blade", "grit", "source", "looks_like"});
-  m.stiffness =
-      json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
-  m.specific_energy =
-      json.number_or("specific_energy_J_per_mm3", m.specific_energy / kJoulePerCubicMillimetre, 1e-6, 1e6) *
-      kJoulePerCubicMillimetre;
-  m.static_friction = json.number_or("static_friction", m.static_friction, 0, 5);
-  m.dynamic_friction = json.number_or("dynamic_friction", m.dynamic_friction, 0, 5);
-  if (m.dynamic_friction > m.static_friction) {
-    json.fail(fmt::format("dynamic_friction {} above static_friction {}", m.dynamic_friction, m.static_friction),
-              "dynamic_friction at most static_friction");
-  }
-  m.density = json.number_or("density_g_per_cm3", m.density / kGramPerCubicCentimetre, 0, 30) * kGramPerCubicCentimetre;
-  read_edges(json, "blade", m.blade);
-  read_edges(json, "grit", m.grit);
-  if (const auto color = json.find("color")) {
-    m.color = color->vec3();
-    for (int i = 0; i < 3; ++i) {
-      if (m.color[i] < 0 || m.color[i] > 1) color->fail("three numbers from 0 to 1 (sRGB)");
-    }
-  }
+  read_keys(json, [&](Keys& keys) { describe_material(keys, m); });
 }
 
 namespace {
@@ -113,47 +120,44 @@ DrawnAs read_drawn_as(const Json& json) {
   for (const std::string& key : json.keys()) {
     const auto like = json[key].find("looks_like");
     if (!like) continue;
-    const auto tissue = tissue_named(like->string());
-    if (!tissue || *tissue == Tissue::kAir) like->fail("the name of a tissue");
-    drawn_as.set(*tissue_named(key), *tissue);
+    drawn_as.set(*tissue_named(key), tissue_of(*like));
   }
   return drawn_as;
 }
 
-/// Reads a file of assets/suction/. `suction` receives the flow and the radius of the opening.
-SuctionTip read_suction_tip(const Json& json, debris::Suction& suction) {
-  json.allow_only({"name", "opening_mm", "wall_mm", "slant_deg", "length_mm", "flow_l_per_min", "source"});
-  SuctionTip tip;
-  tip.opening = json["opening_mm"].number(0.5, 20) * kMillimetre;
-  tip.wall = json.number_or("wall_mm", tip.wall / kMillimetre, 0.1, 3) * kMillimetre;
-  tip.slant = json.number_or("slant_deg", 0, 0, 60) * kPi / 180;
-  tip.length = json.number_or("length_mm", tip.length / kMillimetre, 5, 300) * kMillimetre;
-  suction.flow = json["flow_l_per_min"].number(1, 2000) * kLitrePerMinute;
-  suction.radius = tip.opening / 2;
-  return tip;
-}
-
-}  // namespace
-
-MouthMirror read_mouth_mirror(const Json& json) {
-  json.allow_only({"translation_mm", "rotation_wxyz", "normal", "diameter_mm", "fog", "focal_mm"});
-  MouthMirror mirror;
-  mirror.X_WM.p = json["translation_mm"].vec3() * kMillimetre;
-  if (json.has("normal") && json.has("rotation_wxyz")) json.fail("both normal and rotation_wxyz", "one of them");
-  if (const auto normal = json.find("normal")) {
-    const dvec3 n = normal->vec3();
-    if (glm::length(n) < 1e-9) normal->fail("a direction, not zero");
-    mirror.X_WM.R = rotation_between({0, 0, 1}, glm::normalize(n));
-  } else if (const auto rotation = json.find("rotation_wxyz")) {
+void describe_mouth_mirror(Keys& keys, MouthMirror& mirror) {
+  keys(must("translation_mm"), mirror.X_WM.p, kMillimetre, "centre of the glass");
+  const auto rotation = keys("rotation_wxyz", kQuaternion, "rotation of the mirror as a unit quaternion");
+  const auto normal = keys("normal", kDirection, "direction out of the glass, instead of a rotation; default: +z of W");
+  if (normal && rotation) keys.json()->fail("both normal and rotation_wxyz", "one of them");
+  if (normal) mirror.X_WM.R = rotation_between({0, 0, 1}, read_direction(*normal));
+  if (rotation) {
     const std::vector<double> q = rotation->numbers(4);
     const dquat R(q[0], q[1], q[2], q[3]);
     if (std::abs(glm::length(R) - 1) > 1e-3) rotation->fail("a unit quaternion");
     mirror.X_WM.R = glm::normalize(R);
   }
-  mirror.diameter = json.number_or("diameter_mm", kDefaultMirrorDiameter / kMillimetre, 1, 60) * kMillimetre;
-  mirror.fog = json.number_or("fog", 0, 0, 1);
-  if (const auto focal = json.find("focal_mm")) mirror.focal = focal->number(30, 1000) * kMillimetre;
-  return mirror;
+  mirror.diameter = kDefaultMirrorDiameter;
+  keys("diameter_mm", mirror.diameter, {1, 60, kMillimetre}, "diameter of the glass");
+  keys("fog", mirror.fog, {0, 1}, "fog on the glass at the start");
+  keys("focal_mm", mirror.focal, {30, 1000, kMillimetre}, "focal length of a concave mirror; default: flat");
+}
+
+}  // namespace
+
+void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction) {
+  keys("name", kName, "name of the tip");
+  keys(must("opening_mm"), tip.opening, {0.5, 20, kMillimetre}, "inner diameter of the opening");
+  keys("wall_mm", tip.wall, {0.1, 3, kMillimetre}, "thickness of the tube's wall");
+  keys("slant_deg", tip.slant, {0, 60, kDegree}, "slant of the opening");
+  keys("length_mm", tip.length, {5, 300, kMillimetre}, "length of the tube");
+  keys(must("flow_l_per_min"), suction.flow, {1, 2000, kLitrePerMinute}, "flow of air");
+  keys.ignore("source");
+  suction.radius = tip.opening / 2;
+}
+
+MouthMirror read_mouth_mirror(const Json& json) {
+  return read_keys(json, describe_mouth_mirror);
 }
 
 haptics::Tool load_tool(std::string_view name) {
@@ -186,199 +190,246 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   return parse_scene(json, file, file.parent_path());
 }
 
-Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
-  json.allow_only({"name",         "description",      "tissue",         "paint",        "tool",       "tools",
-                   "spindle_krpm", "spindle",          "coupling",       "materials",    "parts",      "friction",
-                   "cutting",      "passivity",        "boundary_walls", "force_filter", "vibration",  "score",
-                   "sound",        "prepare",          "heat",           "paint_file",   "model",      "task",
-                   "surroundings", "mouth_mirror",     "suction",        "spray",        "resume",     "force_limit_N",
-                   "tooth",        "torque_limit_Nmm", "tool_set",       "implant",      "handpieces", "rig"});
-  const haptics::SolidFiles solid_files = files_of(place);
-  Scene scene;
-  scene.file = file;
-  scene.place = place;
-  scene.text = json.text();
-  scene.name = json.string_or("name", file.stem().string());
-  scene.tissue = json["tissue"];
-  scene.resume = json.string_or("resume", "");
-  if (!scene.tissue->is_object()) scene.tissue->fail(kTissueForms);
-  if (scene.tissue->has("volume")) {
-    scene.tissue->allow_only({"volume"});
-    (*scene.tissue)["volume"].string();
-  } else if (const auto mesh = scene.tissue->find("mesh")) {
-    scene.tissue->allow_only({"mesh"});
+namespace {
+
+void read_tissue(const Json& tissue) {
+  if (!tissue.is_object()) tissue.fail(kTissueForms);
+  if (tissue.has("volume")) {
+    tissue.allow_only({"volume"});
+    tissue["volume"].string();
+  } else if (const auto mesh = tissue.find("mesh")) {
+    tissue.allow_only({"mesh"});
     haptics::read_mesh_tissue_options(*mesh);
-  } else if (const auto bone = scene.tissue->find("bone")) {
-    scene.tissue->allow_only({"bone"});
-    check_bone(*bone);
-  } else if (!scene.tissue->has("solids")) {
-    scene.tissue->fail(kTissueForms);
+  } else if (const auto bone = tissue.find("bone")) {
+    tissue.allow_only({"bone"});
+    read_keys(*bone, describe_bone);
+  } else if (!tissue.has("solids")) {
+    tissue.fail(kTissueForms);
   }
-  if (const auto paint = json.find("paint")) {
-    for (const Json& item : paint->items()) {
-      item.allow_only({"tissue", "solid", "hardness"});
-      const auto tissue = tissue_named(item["tissue"].string());
-      if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-      haptics::read_solid(item["solid"], solid_files);
-      haptics::read_hardness(item);
-      scene.paint.push_back(item);
-    }
-  }
+}
 
-  if (const auto prepare = json.find("prepare")) {
-    scene.prepare = prepare->items();
-    for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
-  }
+void describe_vibration(Keys& keys, haptics::VibrationLaw& law) {
+  law.band = keys.json() ? 0 : kNoDefault;
+  keys("band_Hz", law.band, {0, 2000}, "largest frequency that every hand feels; default: the device's limit");
+  keys("rotor_g", law.rotor_mass, {0, 1000, 1e-3}, "mass of the rotor");
+  keys("balance_mm_per_s", law.balance, {0, 1000, 1e-3}, "balance quality grade G of ISO 21940-11");
+  keys("run_out_share", law.run_out, {0, 1}, "fraction of the tangential force that changes once per revolution");
+  keys("tooth_share", law.teeth, {0, 1}, "fraction that changes once per cutting edge");
+  double teeth = law.tooth_count;
+  keys("teeth", teeth, {1, 64}, "number of cutting edges");
+  law.tooth_count = static_cast<int>(teeth);
+}
 
+void describe_suction(Keys& keys, Scene& scene) {
+  debris::Suction suction;
+  const Json* json = keys.json();
+  if (const auto tip = json ? json->find("tip") : std::nullopt) {
+    if (!json->has("position_mm")) json->fail("position_mm beside \"tip\"");
+    read_keys(Json::load(named_asset("suction", asset_name("suction", *tip))),
+              [&](Keys& file) { describe_suction_tip(file, scene.suction_tip, suction); });
+  }
+  const auto position = keys("position_mm", kPoint,
+                             "position of the nozzle; with `tip`, of the opening. Default: 9 mm behind the tooth. "
+                             "Required beside `tip`, `flow_l_per_min` and `radius_mm`");
+  if (position) suction.p_W = position->vec3() * kMillimetre;
+  keys("flow_l_per_min", suction.flow, {1, 2000, kLitrePerMinute}, "flow of air; default beside `tip`: its own");
+  keys("radius_mm", suction.radius, {0.5, 20, kMillimetre},
+       "nearer chips disappear; default beside `tip`: half its opening");
+  scene.suction_on = true;
+  keys("on", scene.suction_on, "false: off at the start; on needs the part `debris`");
+  keys("tip", kName, "draws a suction tip of `assets/suction/` (`high_volume` or `surgical`)");
+  const auto axis =
+      keys("axis", kDirection, "direction in which the tube of the tip points; default +z; only with `tip`");
+  if (!json) return;
+  if (json->has("tip")) {
+    scene.suction_tip.X_WS = {suction.p_W, rotation_between({0, 0, 1}, axis ? read_direction(*axis) : dvec3(0, 0, 1))};
+  } else if (axis) {
+    json->fail("\"tip\" beside axis");
+  }
+  if (position) {
+    scene.suction = suction;
+  } else {
+    for (const char* key : {"flow_l_per_min", "radius_mm"})
+      if (json->has(key)) json->fail("position_mm beside it");
+  }
+  if (scene.suction_on && !scene.needs("debris")) json->fail("\"debris\" among the parts, or \"on\": false");
+}
+
+void describe_spray(Keys& keys, Scene& scene) {
+  if (const Json* json = keys.json()) {
+    if (!scene.servo.spindle.nozzles) json->fail("a \"spindle\" whose motor has nozzles (\"spray\" in its file)");
+    if (!scene.needs("debris")) json->fail("\"debris\" among the parts");
+    scene.spray = scene.servo.spindle.nozzles;
+  }
+  Nozzles motors;
+  keys("flow_ml_per_min", (scene.spray ? *scene.spray : motors).flow, {0.1, 500, kMillilitrePerMinute},
+       "default: the motor's flow");
+  scene.spray_on = true;
+  keys("on", scene.spray_on, "false: the session begins with the water switched off");
+}
+
+void describe_paint(Keys& keys, const haptics::SolidFiles& files) {
+  if (const auto name = keys(must("tissue"), kName, "new label of the tissue")) (void)tissue_of(*name);
+  if (const auto solid = keys(must("solid"), kSolid, "where")) haptics::read_solid(*solid, files);
+  double hardness = 1;
+  keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
+}
+
+void describe_any_tool(Keys& keys) {
+  haptics::Tool tool;
+  haptics::describe_tool(keys, tool);
+}
+
+void require_handpiece(const std::string& name) {
+  if (!name.empty() && name != "none") (void)load_handpiece(name);
+}
+
+}  // namespace
+
+void describe_scene(Keys& keys, Scene& scene) {
+  const Json* json = keys.json();
+  const haptics::SolidFiles solid_files = files_of(scene.place);
   haptics::ServoSettings& servo = scene.servo;
-  const auto set = json.find("tool_set");
+  keys("name", scene.name, "name of the scene; default: the file name without `.json`");
+  keys("description", kText, "free text");
+  if (const auto tissue = keys(must("tissue"), kAnyObject,
+                               "the tissue: [volume](#volume), [solids](#solids), [mesh](#mesh) or [bone](#bone)"))
+    read_tissue(*(scene.tissue = *tissue));
+  if (const auto paint = keys(
+          "paint", kObjects, [&](Keys& item) { describe_paint(item, solid_files); },
+          "tissue that gets another label, for example a lesion ([Paint](#paint))")) {
+    scene.paint = paint->items();
+    for (const Json& item : scene.paint) read_keys(item, [&](Keys& of) { describe_paint(of, solid_files); });
+  }
   const auto tool_of = [&](const Json& tool) {
     if (const auto handpiece = tool.is_string() ? std::nullopt : tool.find("handpiece");
         handpiece && handpiece->string() != "none")
       (void)asset_name("handpieces", *handpiece);
     if (!tool.is_string()) return haptics::read_tool(tool);
-    return set ? load_set_tool(find_file(*set, place), tool) : load_tool(asset_name("tools", tool));
+    const auto set = json->find("tool_set");
+    return set ? load_set_tool(find_file(*set, scene.place), tool) : load_tool(asset_name("tools", tool));
   };
-  if (json.has("tool") && json.has("tools")) json.fail("both tool and tools", "one of them");
-  if (const auto tools = json.find("tools")) {
-    for (const Json& tool : tools->items()) servo.tools.push_back(tool_of(tool));
+  const auto tool = keys("tool", kNameOrObject, describe_any_tool, "the only tool ([Tools](#tools))");
+  const auto tools = keys("tools", kNamesOrObjects, "several tools, instead of `tool`");
+  if (tool && tools) json->fail("both tool and tools", "one of them");
+  if (tools) {
+    for (const Json& each : tools->items()) servo.tools.push_back(tool_of(each));
     if (servo.tools.empty()) tools->fail("at least one tool");
     servo.tool = servo.tools.front();
-  } else {
-    servo.tool = tool_of(json["tool"]);
+  } else if (json) {
+    servo.tool = tool_of((*json)["tool"]);
   }
-  for (const haptics::Tool& tool : haptics::tool_set(servo))
-    if (!tool.handpiece.empty() && tool.handpiece != "none") (void)load_handpiece(tool.handpiece);
-  if (const auto handpieces = json.find("handpieces")) scene.handpieces = read_handpiece_view(*handpieces);
-  if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
-  if (const auto motor = json.find("spindle")) {
+  for (const haptics::Tool& each : haptics::tool_set(servo)) require_handpiece(each.handpiece);
+  keys("spindle_krpm", servo.spindle.free_speed, {0, 1000, kKrpm}, "speed of an ideal motor ([Motors](#motors))");
+  if (const auto motor = keys("spindle", kName, "a motor of `assets/motors/`, instead of `spindle_krpm`")) {
+    if (json->has("spindle_krpm")) json->fail("both spindle and spindle_krpm", "one of them");
     scene.motor = asset_name("motors", *motor);
     servo.spindle = load_spindle(scene.motor);
-    if (!servo.spindle.handpiece.empty() && servo.spindle.handpiece != "none")
-      (void)load_handpiece(servo.spindle.handpiece);
+    require_handpiece(servo.spindle.handpiece);
   }
-  if (const auto speed = json.find("spindle_krpm")) servo.spindle.free_speed = speed->number(0, 1000) * kKrpm;
-  if (const auto coupling = json.find("coupling")) {
-    coupling->allow_only({"stiffness_N_per_mm", "damping_Ns_per_mm"});
-    servo.stiffness = coupling->number_or("stiffness_N_per_mm", 1, 0, 1000) * kNewtonPerMillimetre;
-    servo.damping = coupling->number_or("damping_Ns_per_mm", 0.002, 0, 10) * kNewtonPerMillimetre;
-  }
-  servo.materials = load_materials();
-  if (const auto materials = json.find("materials")) {
+  const auto coupling = [&](Keys& spring) {
+    spring("stiffness_N_per_mm", servo.stiffness, {0, 1000, kNewtonPerMillimetre}, "stiffness of the coupling");
+    spring("damping_Ns_per_mm", servo.damping, {0, 10, kNewtonPerMillimetre}, "damping, only along the contact normal");
+  };
+  keys("coupling", coupling, "spring and damper between hand and tool ([Coupling](#coupling))");
+  if (json) servo.materials = load_materials();
+  const auto any_material = [](Keys& of) {
+    Material material;
+    describe_material(of, material);
+  };
+  if (const auto materials =
+          keys("materials", kByTissue, any_material, "properties of tissues ([Materials](#materials))")) {
     read_materials(*materials, servo.materials);
     scene.drawn_as = read_drawn_as(*materials);
   }
-  if (const auto paint = json.find("paint_file")) {
-    scene.paint_file = find_file(*paint, place);
+  scene.parts = {"haptics"};
+  if (const auto parts =
+          keys("parts", kNames, "what a session has besides force and cutting; default `[\"haptics\"]`")) {
+    scene.parts.clear();
+    for (const Json& part : parts->items()) {
+      if (std::ranges::find(kParts, part.string()) == kParts.end())
+        part.fail(fmt::format("one of {}", fmt::join(kParts, ", ")));
+      scene.parts.insert(part.string());
+    }
+  }
+  keys("friction", servo.friction, "friction between tool and tissue ([Switches](#switches-for-experiments))");
+  keys("cutting", servo.cutting, "cutting by all tools ([Switches](#switches-for-experiments))");
+  keys("passivity", servo.passivity, "the passivity controller ([Switches](#switches-for-experiments))");
+  keys("boundary_walls", servo.boundary_walls, "walls of harder tissue ([Switches](#switches-for-experiments))");
+  keys("force_filter", servo.filter, {"none", "slew", "stroke"}, "[Force filter](#force-filter)");
+  const auto vibration = [&](Keys& of) { describe_vibration(of, servo.vibration); };
+  if (const auto of =
+          keys("vibration", kFalseOrObject, vibration, "vibration of the spindle ([Vibration](#vibration))")) {
+    if (of->is_object()) {
+      read_keys(*of, vibration);
+      scene.vibration_band_set = of->has("band_Hz");
+    } else {
+      if (of->boolean()) of->fail("false, or an object with band_Hz and what else is to differ");
+      // A scene with "vibration": false has no vibration, even if the device can vibrate.
+      scene.vibration_band_set = true;
+    }
+  }
+  scene.score = keys("score", kAnyObject, "only rules of the score, for a scene without `task` ([Task](#task))");
+  keys(
+      "sound",
+      [&](Keys& sound) { sound("lower_order", scene.sound_lower_order, "reduces the order of the sound models"); },
+      "options of the sound ([Sound](#sound))");
+  if (const auto prepare =
+          keys("prepare", kSolids, "[solids](#solids) that are removed from the tissue before the session begins")) {
+    scene.prepare = prepare->items();
+    for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
+  }
+  keys("heat", scene.heat, session::describe_heat, "temperatures of pulp and bone ([Heat](#heat))");
+  if (const auto paint = keys("paint_file", kFile, "strokes of tissue with another label ([Paint](#paint))")) {
+    scene.paint_file = find_file(*paint, scene.place);
     const auto strokes = read_paint(scene.paint_file);
     for (std::size_t i = 0; i < kTissueCount; ++i) {
       servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
     }
   }
-  if (const auto model = json.find("model")) servo.method = haptics::read_contact_method(*model);
-  servo.friction = json.boolean_or("friction", true);
-  servo.cutting = json.boolean_or("cutting", true);
-  servo.passivity = json.boolean_or("passivity", true);
-  servo.boundary_walls = json.boolean_or("boundary_walls", true);
-  servo.force_limit = json.number_or("force_limit_N", servo.force_limit, kMinForceLimit, kMaxForceLimit);
-  servo.torque_limit = json.number_or("torque_limit_Nmm", servo.torque_limit / kNewtonMillimetre,
-                                      kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre) *
-                       kNewtonMillimetre;
-
-  if (const auto vibration = json.find("vibration")) {
-    haptics::VibrationLaw& law = servo.vibration;
-    if (vibration->is_object()) {
-      vibration->allow_only({"band_Hz", "rotor_g", "balance_mm_per_s", "run_out_share", "tooth_share", "teeth"});
-      scene.vibration_band_set = vibration->has("band_Hz");
-      law.band = vibration->number_or("band_Hz", 0, 0, 2000);
-      law.rotor_mass = vibration->number_or("rotor_g", law.rotor_mass * 1e3, 0, 1000) * 1e-3;
-      law.balance = vibration->number_or("balance_mm_per_s", law.balance * 1e3, 0, 1000) * 1e-3;
-      law.run_out = vibration->number_or("run_out_share", law.run_out, 0, 1);
-      law.teeth = vibration->number_or("tooth_share", law.teeth, 0, 1);
-      law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
-    } else {
-      if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      // A scene with "vibration": false has no vibration, even if the device can vibrate.
-      scene.vibration_band_set = true;
-    }
-  }
-
-  if (const auto filter = json.find("force_filter")) {
-    const auto named = haptics::force_filter_named(filter->string());
-    if (!named) filter->fail("none, slew or stroke");
-    servo.filter = *named;
-  }
-
-  if (const auto parts = json.find("parts")) {
-    for (const Json& part : parts->items()) {
-      const std::string name = part.string();
-      if (std::find(kParts.begin(), kParts.end(), name) == kParts.end()) {
-        part.fail(fmt::format("one of {}", fmt::join(kParts, ", ")));
-      }
-      scene.parts.insert(name);
-    }
-  } else {
-    scene.parts = {"haptics"};
-  }
-  if (const auto score = json.find("score")) scene.score = *score;
-  if (const auto task = json.find("task")) {
-    if (scene.score) json.fail("both score and task", "the rules in the task");
+  if (const auto model = keys("model", kNameOrObject, haptics::list_contact_methods,
+                              "default `\"offset\"` ([Contact model](#contact-model))"))
+    servo.method = haptics::read_contact_method(*model);
+  if (const auto task = keys("task", kAnyObject, "goal, steps and rules of the score ([Task](#task))")) {
+    if (scene.score) json->fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
       for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
   }
-  if (const auto implant = json.find("implant")) {
-    if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
-    scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
-  }
-  (void)session::tooth_sides(json);  // reports errors in the tooth's sides now, although only the report uses them
-  if (const auto surroundings = json.find("surroundings")) {
-    scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
-  }
-  if (const auto rig = json.find("rig")) {
-    scene.rig = rig->string();
-    (void)usual_rig(scene, "closeup");  // throws Error if the scene's display rig does not exist
-  }
-  if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
-  if (const auto suction = json.find("suction")) {
-    suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on", "tip", "axis"});
-    debris::Suction usual;
-    if (const auto tip = suction->find("tip")) {
-      if (!suction->has("position_mm")) suction->fail("position_mm beside \"tip\"");
-      scene.suction_tip = read_suction_tip(Json::load(named_asset("suction", asset_name("suction", *tip))), usual);
-      const dvec3 axis = suction->has("axis") ? (*suction)["axis"].vec3() : dvec3(0, 0, 1);
-      if (glm::length(axis) < 1e-9) (*suction)["axis"].fail("a direction, not zero");
-      scene.suction_tip.X_WS = {(*suction)["position_mm"].vec3() * kMillimetre,
-                                rotation_between({0, 0, 1}, glm::normalize(axis))};
-    } else if (suction->has("axis")) {
-      suction->fail("\"tip\" beside axis");
-    }
-    if (const auto p = suction->find("position_mm"))
-      scene.suction = {
-          .p_W = p->vec3() * kMillimetre,
-          .flow = suction->number_or("flow_l_per_min", usual.flow / kLitrePerMinute, 1, 2000) * kLitrePerMinute,
-          .radius = suction->number_or("radius_mm", usual.radius / kMillimetre, 0.5, 20) * kMillimetre};
-    else
-      for (const char* key : {"flow_l_per_min", "radius_mm"})
-        if (suction->has(key)) suction->fail("position_mm beside it");
-    scene.suction_on = suction->boolean_or("on", true);
-    if (scene.suction_on && !scene.needs("debris")) suction->fail("\"debris\" among the parts, or \"on\": false");
-  }
-  if (const auto spray = json.find("spray")) {
-    spray->allow_only({"flow_ml_per_min", "on"});
-    if (!servo.spindle.nozzles) spray->fail("a \"spindle\" whose motor has nozzles (\"spray\" in its file)");
-    if (!scene.needs("debris")) spray->fail("\"debris\" among the parts");
-    scene.spray = servo.spindle.nozzles;
-    scene.spray->flow =
-        spray->number_or("flow_ml_per_min", scene.spray->flow / kMillilitrePerMinute, 0.1, 500) * kMillilitrePerMinute;
-    scene.spray_on = spray->boolean_or("on", true);
-  }
-  if (const auto heat = json.find("heat")) scene.heat = session::read_heat(*heat);
-  if (const auto sound = json.find("sound")) {
-    sound->allow_only({"lower_order"});
-    scene.sound_lower_order = sound->boolean_or("lower_order", false);
-  }
+  const auto surroundings = [&](Keys& of, SurroundingsPlan& plan) {
+    describe_surroundings(of, plan, json ? volume_file(scene) : fs::path(), scene.place);
+  };
+  keys("surroundings", scene.surroundings, surroundings, "teeth, gum, mouth, dam ([Surroundings](#surroundings))");
+  keys("mouth_mirror", scene.mouth_mirror, describe_mouth_mirror, "[Mouth mirror](#mouth-mirror)");
+  keys("suction", scene, describe_suction, "suction ([Water and suction](#water-and-suction))");
+  keys("spray", scene, describe_spray, "water of the handpiece ([Water and suction](#water-and-suction))");
+  keys("resume", scene.resume, "saved volume (`.vdb`) or session (`.h5`) that is continued ([Volume](#volume))");
+  keys("force_limit_N", servo.force_limit, {kMinForceLimit, kMaxForceLimit}, "largest force ([Limits](#limits))");
+  keys("tooth", kAnyObject, "directions for the report ([Orientation of the tooth](#orientation-of-the-tooth))");
+  if (json) (void)session::tooth_sides(*json);  // reports errors now, although only the report uses them
+  keys("torque_limit_Nmm", servo.torque_limit,
+       {kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre, kNewtonMillimetre}, "largest torque");
+  keys("tool_set", kFile, "folder with the files of the tools ([Tool sets](#tool-sets))");
+  if (json && json->has("implant") && model_name(scene) != "implant")
+    (*json)["implant"].fail("\"model\": \"implant\" beside it");
+  const auto implant = [&](Keys& of, session::ImplantTask& task) {
+    describe_implant(of, task, json ? read_nerve_canal(*scene.tissue) : NerveCanal{}, haptics::tool_set(servo),
+                     scene.place);
+  };
+  keys("implant", scene.implant, implant, "an implant exercise ([Implant exercise](#implant-exercise))");
+  keys("handpieces", scene.handpieces, describe_handpiece_view, "the drawn handpiece ([Picture](#picture))");
+  keys("rig", scene.rig, "positions of eyes and screen for this scene ([Picture](#picture))");
+  if (json && !scene.rig.empty()) (void)usual_rig(scene, "closeup");  // throws Error if the rig does not exist
+}
+
+Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
+  Scene scene;
+  scene.file = file;
+  scene.place = place;
+  scene.text = json.text();
+  scene.name = file.stem().string();
+  read_keys(json, [&](Keys& keys) { describe_scene(keys, scene); });
   return scene;
 }
 
@@ -451,7 +502,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
     const auto solid = haptics::read_solid(item["solid"], solid_files);
-    volume.paint(*tissue_named(item["tissue"].string()), *solid, haptics::read_hardness(item));
+    volume.paint(tissue_of(item["tissue"]), *solid, haptics::read_hardness(item));
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   if (scene.needs("render")) volume.keep_natural_surface();

@@ -24,6 +24,8 @@
 
 namespace typodont {
 
+class Keys;
+
 struct Scene {
   std::filesystem::path file;
   ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
@@ -65,6 +67,9 @@ struct Scene {
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
+// The keys of a scene, and those of a file of assets/suction/. `suction` receives flow and radius of the opening.
+void describe_scene(Keys& keys, Scene& scene);
+void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction);
 /// Reads a scene (docs/scene_format.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something
 /// in the file is missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& scene);

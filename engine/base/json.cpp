@@ -264,7 +264,7 @@ std::optional<Json> Json::find(std::string_view key) const {
   const auto it = std::lower_bound(members->begin(), members->end(), key,
                                    [](const Member& member, std::string_view wanted) { return member.key < wanted; });
   if (it == members->end() || it->key != key) return std::nullopt;
-  return Json(document_, &it->value, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
+  return Json(document_, &it->value, fmt::format("{}{}{}", path_, path_.empty() ? "" : ".", shorten(std::string(key))));
 }
 
 std::vector<Json> Json::items() const {
@@ -288,10 +288,8 @@ std::vector<std::string> Json::keys() const {
 void Json::allow_only(std::initializer_list<std::string_view> allowed) const {
   if (!is_object()) fail("an object");
   for (const std::string& key : keys()) {
-    if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
-    const std::string name = shorten(key);
-    throw Error(document_->file.string(), find(key)->place(path_.empty() ? name : fmt::format("{}.{}", path_, name)),
-                "an unknown key", fmt::format("one of {}", fmt::join(allowed, ", ")));
+    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
+      find(key)->fail("an unknown key", fmt::format("one of {}", fmt::join(allowed, ", ")));
   }
 }
 

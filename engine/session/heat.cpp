@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont::session {
@@ -34,9 +35,8 @@ HeatConstants read_heat_constants(const Json& json) {
   return c;
 }
 
-HeatSettings read_heat(const Json& json) {
-  json.allow_only({"coolant_C"});
-  return {json.number_or("coolant_C", HeatSettings{}.coolant, 0, 60)};
+void describe_heat(Keys& keys, HeatSettings& settings) {
+  keys("coolant_C", settings.coolant, {0, 60}, "temperature of the water");
 }
 
 HeatGrid::HeatGrid(const VoxelFrame& frame, const glm::ivec3& size, std::vector<Tissue> tissue,

@@ -10,6 +10,10 @@
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 
+namespace typodont {
+class Keys;
+}
+
 namespace typodont::session {
 
 struct ThermalMaterial {
@@ -34,8 +38,8 @@ HeatConstants read_heat_constants(const Json& json);
 struct HeatSettings {
   double coolant = 23;  // °C, temperature of the spray
 };
-/// Reads the key's value. Throws Error.
-HeatSettings read_heat(const Json& json);
+/// Its keys. Throws Error.
+void describe_heat(Keys& keys, HeatSettings& settings);
 
 /// Medium to which a cell's face beside air loses heat.
 struct HeatBath {

@@ -11,7 +11,6 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // Factor on the phase's speed that causes a note.
@@ -72,16 +71,6 @@ double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
       best = std::min(best, distance(path_W[i] + (static_cast<double>(k) / steps) * way));
   }
   return best;
-}
-
-std::string_view name_of(ImplantAction deed) noexcept {
-  return kDeeds[static_cast<std::size_t>(deed)];
-}
-
-std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept {
-  const auto found = std::find(kDeeds.begin(), kDeeds.end(), name);
-  if (found == kDeeds.end()) return std::nullopt;
-  return static_cast<ImplantAction>(found - kDeeds.begin());
 }
 
 std::string_view name_of(ImplantNote note) noexcept {

@@ -43,8 +43,8 @@ struct ImplantPlan {
 
 /// The kinds of work that a phase can consist of.
 enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose };
-std::string_view name_of(ImplantAction deed) noexcept;
-std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
+inline constexpr std::array<std::string_view, 7> kImplantActions = {"smooth", "mark",  "drill", "check",
+                                                                    "tap",    "place", "close"};
 
 /// One phase of the procedure. SI units.
 struct ImplantPhase {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "haptics/contact/count_method.h"
 #include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/mesh_lod/mesh_lod_method.h"
@@ -42,6 +43,11 @@ Entry* find(std::string_view name) {
   if (name == offset::kAlias) name = offset::kName;
   const auto found = std::ranges::find(table(), name, &Entry::name);
   return found == table().end() ? nullptr : &*found;
+}
+
+SharedContactMethod with_defaults(const Entry& entry) {
+  Keys none;
+  return entry.read(none);
 }
 
 }  // namespace
@@ -79,14 +85,14 @@ std::string known_contact_methods() {
 SharedContactMethod contact_method(std::string_view name, std::string_view where) {
   const Entry* const entry = find(name);
   if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_contact_methods());
-  return entry->read(std::nullopt);
+  return with_defaults(*entry);
 }
 
 SharedContactMethod read_contact_method(const Json& json) {
   if (json.is_string()) {
     const Entry* const entry = find(json.string());
     if (!entry) json.fail(known_contact_methods());
-    return entry->read(std::nullopt);
+    return with_defaults(*entry);
   }
   if (!json.is_object() || json.keys().size() != 1) {
     json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_contact_methods());
@@ -94,11 +100,17 @@ SharedContactMethod read_contact_method(const Json& json) {
   const std::string name = json.keys().front();
   const Entry* const entry = find(name);
   if (!entry) json.fail(fmt::format("\"{}\"", name), known_contact_methods());
-  return entry->read(json[name]);
+  SharedContactMethod method;
+  read_keys(json[name], [&](Keys& keys) { method = entry->read(keys); });
+  return method;
+}
+
+void list_contact_methods(Keys& keys) {
+  for (const Entry& entry : table()) keys(entry.name.c_str(), kObject, entry.read, "");
 }
 
 const SharedContactMethod& default_contact_method() {
-  static const SharedContactMethod method = offset::read(std::nullopt);
+  static const SharedContactMethod method = with_defaults(*find(offset::kName));
   return method;
 }
 

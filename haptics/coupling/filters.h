@@ -2,9 +2,6 @@
 // shows the energy that they generate.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "engine/base/pose.h"
 
 namespace typodont::haptics {
@@ -15,13 +12,6 @@ enum class ForceFilter {
   // Vertex deformation: constant until the wanted force differs by `renewal`.
   kStroke,
 };
-
-inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {
-  if (name == "none") return ForceFilter::kNone;
-  if (name == "slew") return ForceFilter::kSlew;
-  if (name == "stroke") return ForceFilter::kStroke;
-  return std::nullopt;
-}
 
 struct ForceFilterLaw {
   double step = 0.02;    // N, δ: largest change per tick

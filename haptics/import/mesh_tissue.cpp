@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
@@ -63,18 +64,23 @@ bool is_closed(const TissueMesh& mesh) {
 
 }  // namespace
 
+void describe_mesh_tissue(Keys& keys, MeshTissueOptions& options) {
+  keys(must("file"), options.file, "STL, PLY, OBJ, glTF (`.gltf`, `.glb`) or 3MF, at most 10 million triangles");
+  keys("unit_mm", options.unit, {1e-6, 1e6, kMillimetre}, "length of one unit of the file in millimetres");
+  keys("move_mm", options.move, kMillimetre, "vector that is added to all points");
+  if (const auto name = keys(must("tissue"), kName, "tissue of all triangles")) {
+    const auto tissue = tissue_named(name->string());
+    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue");
+    options.tissue = *tissue;
+  }
+  keys("voxel_mm", options.voxel, {5e-3, 2, kMillimetre},
+       "voxel size of the volume that is computed from the mesh. Default: 0.1, or more if the volume would otherwise "
+       "have "
+       "more than 12 million voxels");
+}
+
 MeshTissueOptions read_mesh_tissue_options(const Json& json) {
-  json.allow_only({"file", "unit_mm", "move_mm", "tissue", "voxel_mm"});
-  MeshTissueOptions options;
-  options.file = json["file"].string();
-  options.unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
-  if (const auto move = json.find("move_mm")) options.move = move->vec3() * kMillimetre;
-  const Json named = json["tissue"];
-  const auto tissue = tissue_named(named.string());
-  if (!tissue || *tissue == Tissue::kAir) named.fail("the name of a tissue");
-  options.tissue = *tissue;
-  if (const auto voxel = json.find("voxel_mm")) options.voxel = voxel->number(5e-3, 2) * kMillimetre;
-  return options;
+  return read_keys(json, describe_mesh_tissue);
 }
 
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue) {

@@ -10,6 +10,10 @@
 #include "haptics/dense_tissue.h"
 #include "haptics/tissue_mesh.h"
 
+namespace typodont {
+class Keys;
+}
+
 namespace typodont::haptics {
 
 /// Options of the key "mesh" of a scene: {"file", "unit_mm", "move_mm", "tissue", "voxel_mm"}.
@@ -22,6 +26,7 @@ struct MeshTissueOptions {
   std::optional<double> voxel;
 };
 /// Reads the options of a scene. Throws Error.
+void describe_mesh_tissue(Keys& keys, MeshTissueOptions& options);
 MeshTissueOptions read_mesh_tissue_options(const Json& mesh);
 
 struct ReadTissueMesh {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
 #include "haptics/servo.h"
@@ -68,12 +69,9 @@ class BallMethod final : public ContactMethod {
   double radius_;  // m
 };
 
-const ContactMethodRegistration registration{"ball", [](const std::optional<Json>& json) {
+const ContactMethodRegistration registration{"ball", [](Keys& keys) {
                                                double radius = 4e-3;
-                                               if (json) {
-                                                 json->allow_only({"radius_mm"});
-                                                 radius = json->number_or("radius_mm", 4, 0.1, 100) * kMillimetre;
-                                               }
+                                               keys("radius_mm", radius, {0.1, 100, kMillimetre}, "radius of the ball");
                                                return std::make_shared<BallMethod>(radius);
                                              }};
 

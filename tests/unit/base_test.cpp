@@ -17,6 +17,7 @@
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/partial_file.h"
@@ -102,6 +103,62 @@ TEST(Json, ErrorsNameFileKeyFoundAndExpected) {
   EXPECT_THAT(message_of([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
   EXPECT_THAT(message_of([&] { json["tool"].allow_only({"shape"}); }),
               HasSubstr("\"tool.diameter_mm\": found an unknown key, expected one of shape"));
+}
+
+enum class Edge { kBlade, kGrit };
+struct Bur {
+  double diameter = 1.2e-3;
+  int blades = 0;
+  Edge edge = Edge::kGrit;
+  std::vector<dvec3> marks;
+};
+void describe_bur(Keys& keys, Bur& bur) {
+  keys(must("diameter_mm"), bur.diameter, {0.05, 60, kMillimetre}, "[largest](#head) diameter");
+  keys("blades", bur.blades, {1, 64}, "number of blades");
+  keys("edge", bur.edge, {"blade", "grit"}, "kind of edge");
+  keys(
+      "marks", bur.marks, [](Keys& mark, dvec3& at) { mark(must("at_mm"), at, kMillimetre, "its place"); }, "marks");
+}
+
+TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
+  Bur bur;
+  read_keys(Json::parse(R"({"diameter_mm": 2, "edge": "blade", "marks": [{"at_mm": [0, 0, 3]}]})", "f.json"),
+            [&](Keys& keys) { describe_bur(keys, bur); });
+  EXPECT_EQ(bur.diameter, 2e-3);
+  EXPECT_EQ(bur.blades, 0);
+  EXPECT_EQ(bur.edge, Edge::kBlade);
+  EXPECT_EQ(bur.marks.at(0).z, 3e-3);
+  const auto refused = [&](const char* text) {
+    try {
+      read_keys(Json::parse(text, "f.json"), [&](Keys& keys) { describe_bur(keys, bur); });
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refused("{}"), R"(f.json: line 1, "diameter_mm": found nothing, expected this key)");
+  EXPECT_EQ(refused(R"({"diameter_mm": 99})"), R"(f.json: line 1, "diameter_mm": found 99, expected 0.05 to 60)");
+  EXPECT_THAT(refused(R"({"diameter_mm": 2, "edge": "saw"})"), HasSubstr("expected blade or grit"));
+  EXPECT_THAT(refused(R"({"diameter_mm": 2, "blade": 6})"),
+              HasSubstr("found an unknown key, expected one of diameter_mm, blades, edge, marks"));
+  EXPECT_THAT(refused(R"({"diameter_mm": 2, "marks": [{"at_mm": [0, 0]}]})"), HasSubstr("\"marks[0].at_mm\""));
+
+  std::vector<KeyRow> rows;
+  Keys keys(rows);
+  describe_bur(keys, *std::make_unique<Bur>());
+  EXPECT_EQ(key_tables("bur", rows), R"(bur:
+| key | value | meaning |
+|---|---|---|
+| `diameter_mm` | 0.05–60; required | [largest](#head) diameter |
+| `blades` | 1–64 | number of blades |
+| `edge` | `"blade"`, `"grit"`; default `"grit"` | kind of edge |
+| `marks` | list of objects | marks |
+| `marks.at_mm` | [x, y, z]; required | its place |
+)");
+  const Json schema = Json::parse(key_schema(rows), "schema");
+  EXPECT_EQ(schema["required"].text(), R"(["diameter_mm"])");
+  EXPECT_EQ(schema["properties"]["diameter_mm"]["description"].string(), "largest diameter");
+  EXPECT_EQ(schema["properties"]["marks"]["items"]["properties"].keys().size(), 1u);
 }
 
 TEST(Json, GarbageIsAnErrorWithALine) {

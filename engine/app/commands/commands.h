@@ -29,6 +29,7 @@ void add_remark_command(cli::Command& program);
 void add_report_command(cli::Command& program);
 void add_rig_command(cli::Command& program);
 void add_run_command(cli::Command& program);
+void add_schema_command(cli::Command& program);
 void add_servo_command(cli::Command& program);
 void add_repair_command(cli::Command& program);
 void add_rescore_command(cli::Command& program);

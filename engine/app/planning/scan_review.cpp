@@ -253,7 +253,7 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
   // Weight of the label's colour; brightness outside of the region.
-  constexpr double kColour = 0.45, kOutside = 0.45;
+  constexpr double kTint = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();
   const auto within = [](const dvec3& p, const dvec3& a, const dvec3& b) {
@@ -274,7 +274,7 @@ render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const
           const glm::ivec3 i(glm::round(t->frame.to_voxels(p)));
           if (glm::all(glm::greaterThanEqual(i, glm::ivec3(0))) && glm::all(glm::lessThan(i, t->size))) {
             const std::size_t at = t->at(i.x, i.y, i.z);
-            if (t->distance[at] < 0) color = glm::mix(color, label_color(t->tissue[at]), kColour);
+            if (t->distance[at] < 0) color = glm::mix(color, label_color(t->tissue[at]), kTint);
           }
         }
       }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -18,11 +19,11 @@ constexpr std::size_t kMaxParts = 16, kMaxRings = 64, kMaxBands = 16;
 constexpr int kMaxCopies = 12;
 constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a handpiece file
 
-HandpiecePart read_part(const Json& json) {
-  json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",
-                   "width", "repeat"});
-  HandpiecePart part;
-  const Json rings = json["rings_mm"];
+constexpr Form kRange{"[from, to]", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
+constexpr Form kList{"list", R"({"type": "array"})"};
+
+/// Reads the rings. Returns the length of the line through their centres, mm.
+double read_rings(const Json& rings, HandpiecePart& part) {
   for (const Json& ring : rings.items()) {
     const std::vector<double> v = ring.numbers(3);
     for (const double number : v)
@@ -32,34 +33,40 @@ HandpiecePart read_part(const Json& json) {
   }
   if (part.rings.size() < 2 || part.rings.size() > kMaxRings)
     rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMaxRings));
-  double length = 0;  // mm, length of the line through the handpiece's ring centres
+  double length = 0;
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
   if (!(length > 0)) rings.fail("rings with one middle", "a path with a length");
-  part.smooth = json.boolean_or("smooth", false);
-  if (const auto color = json.find("color")) {
-    part.color = color->vec3();
-    for (int i = 0; i < 3; ++i)
-      if (part.color[i] < 0 || part.color[i] > 1) color->fail("three numbers from 0 to 1 (sRGB)");
-  }
-  part.roughness = json.number_or("roughness", part.roughness, 0.05, 1);
-  part.brushed = json.boolean_or("brushed", false);
-  part.metal = json.boolean_or("metal", true);
-  part.glow = json.number_or("glow", 0, 0, 1);
-  const auto range = [&](const Json& item) {
-    const std::vector<double> v = item.numbers(2);
-    if (!(v[0] >= 0 && v[0] < v[1] && v[1] <= length))
-      item.fail(fmt::format("[from, to] with 0 <= from < to <= {:.4g}, the length of the path", length));
-    return std::array<double, 2>{v[0] * kMillimetre, v[1] * kMillimetre};
-  };
-  if (const auto bands = json.find("bands_mm")) {
-    for (const Json& band : bands->items()) part.bands.push_back(range(band));
+  return length;
+}
+
+std::array<double, 2> read_range(const Json& json, double length) {
+  const std::vector<double> v = json.numbers(2);
+  if (!(v[0] >= 0 && v[0] < v[1] && v[1] <= length))
+    json.fail(fmt::format("[from, to] with 0 <= from < to <= {:.4g}, the length of the path", length));
+  return {v[0] * kMillimetre, v[1] * kMillimetre};
+}
+
+void describe_part(Keys& keys, HandpiecePart& part) {
+  double length = 0;
+  if (const auto rings = keys(must("rings_mm"), kList,
+                              "2 to 64 rings `[x, z, radius]`: a closed tube through them in the plane y = 0, from the "
+                              "tool outwards. No number may exceed 300"))
+    length = read_rings(*rings, part);
+  keys("smooth", part.smooth, "true: the tube is a smooth curve through the rings");
+  keys("color", part.color, read_color, "colour; default [0.75, 0.76, 0.78]");
+  keys("roughness", part.roughness, {0.05, 1}, "roughness of the surface");
+  keys("brushed", part.brushed, "true: grooves around the part");
+  keys("metal", part.metal, "false: plastic or rubber");
+  keys("glow", part.glow, {0, 1}, "light that the part emits");
+  if (const auto bands = keys("bands_mm", kList, "at most 16 black bands `[from, to]`, along the path of the tube")) {
+    for (const Json& band : bands->items()) part.bands.push_back(read_range(band, length));
     if (part.bands.size() > kMaxBands) bands->fail(fmt::format("at most {} bands", kMaxBands));
   }
-  if (const auto knurl = json.find("knurl_mm")) part.knurl = range(*knurl);
-  part.width = json.number_or("width", 1, 0.2, 5);
-  if (const auto repeat = json.find("repeat")) part.repeat = static_cast<int>(repeat->integer(1, kMaxCopies));
-  return part;
+  if (const auto knurl = keys("knurl_mm", kRange, "a knurl, along the path of the tube"))
+    part.knurl = read_range(*knurl, length);
+  keys("width", part.width, {0.2, 5}, "factor of the radius along y");
+  keys("repeat", part.repeat, {1, kMaxCopies}, "number of copies around the axis of the tool");
 }
 
 /// The shank type that an ISO 6360 code states in its second group of digits, for example 314 in "500 314 001001 012".
@@ -89,33 +96,42 @@ std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& sp
   return name == "none" ? "" : name;
 }
 
+void describe_handpiece(Keys& keys, Handpiece& handpiece) {
+  keys(must("name"), handpiece.name, "name of the handpiece");
+  if (const auto begins =
+          keys(must("begins_at"), kName, "`\"shank\"` or `\"head\"`: origin of the handpiece's frame")) {
+    handpiece.from_head = begins->string() == "head";
+    if (!handpiece.from_head && begins->string() != "shank") begins->fail("\"head\" or \"shank\"");
+  }
+  keys(must("parts"), handpiece.parts, describe_part, "1 to 16 tubes");
+  keys.ignore("source");
+  if (keys.json() && (handpiece.parts.empty() || handpiece.parts.size() > kMaxParts)) {
+    (*keys.json())["parts"].fail(fmt::format("{} parts", handpiece.parts.size()),
+                                 fmt::format("1 to {} parts", kMaxParts));
+  }
+}
+
 Handpiece read_handpiece(const Json& json) {
-  json.allow_only({"name", "begins_at", "parts", "source"});
-  Handpiece handpiece;
-  handpiece.name = json["name"].string();
-  const std::string begins = json["begins_at"].string();
-  if (begins != "head" && begins != "shank") json["begins_at"].fail("\"head\" or \"shank\"");
-  handpiece.from_head = begins == "head";
-  const Json parts = json["parts"];
-  for (const Json& part : parts.items()) handpiece.parts.push_back(read_part(part));
-  if (handpiece.parts.empty() || handpiece.parts.size() > kMaxParts)
-    parts.fail(fmt::format("{} parts", handpiece.parts.size()), fmt::format("1 to {} parts", kMaxParts));
-  return handpiece;
+  return read_keys(json, describe_handpiece);
 }
 
 Handpiece load_handpiece(const std::string& name) {
   return read_handpiece(Json::load(named_asset("handpieces", name)));
 }
 
-HandpieceView read_handpiece_view(const Json& json) {
-  json.allow_only({"shown", "roll_deg"});
-  HandpieceView view;
-  const std::string shown = json.string_or("shown", "open");
-  if (shown != "open" && shown != "solid" && shown != "none") json["shown"].fail("\"open\", \"solid\" or \"none\"");
-  view.shown = shown != "none";
-  view.open = shown == "open";
-  view.roll = json.number_or("roll_deg", view.roll / kDegree, -360, 360) * kDegree;
-  return view;
+void describe_handpiece_view(Keys& keys, HandpieceView& view) {
+  if (const auto json = keys("shown", kName,
+                             "`\"open\"` (default): the picture omits the part of the handpiece that hides the working "
+                             "point of the tool from an eye. `\"solid\"`: the complete handpiece. `\"none\"`: only the "
+                             "tool")) {
+    const std::string shown = json->string();
+    if (shown != "open" && shown != "solid" && shown != "none") json->fail("\"open\", \"solid\" or \"none\"");
+    view.shown = shown != "none";
+    view.open = shown == "open";
+  }
+  keys("roll_deg", view.roll, {-360, 360, kDegree},
+       "angle by which the handpiece is rotated about the z axis of the tool. At 0°, the body of the handpiece points "
+       "along the tool's x axis");
 }
 
 }  // namespace typodont

@@ -10,6 +10,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// Returns the file name of the tool's handpiece in assets/handpieces/; empty: none. The first rule that applies
 /// decides:
 ///   1. the tool's own key "handpiece";
@@ -23,12 +25,13 @@ namespace typodont {
 ///   9. "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
-/// Reads a handpiece from JSON (docs/scene_format.md). Throws Error.
+/// The keys of a handpiece file. Throws Error.
+void describe_handpiece(Keys& keys, Handpiece& handpiece);
 Handpiece read_handpiece(const Json& json);
 /// Loads the file of assets/handpieces/ with this name. Throws Error that lists the available names.
 Handpiece load_handpiece(const std::string& name);
 
-/// Reads the key "handpieces" of a scene: how handpieces are shown. Throws Error.
-HandpieceView read_handpiece_view(const Json& json);
+/// The block "handpieces" of a scene: how handpieces are shown. Throws Error.
+void describe_handpiece_view(Keys& keys, HandpieceView& view);
 
 }  // namespace typodont

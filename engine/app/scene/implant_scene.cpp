@@ -11,7 +11,9 @@
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "haptics/described.h"
 #include "haptics/implant_tool.h"
 
 namespace typodont {
@@ -20,7 +22,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
 // Depth behind the bed's wall, m. If there is no bone at this depth, the wall has an opening.
 constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
@@ -89,80 +90,95 @@ haptics::Tool load_set_tool(const fs::path& folder, const Json& name) {
   return tool;
 }
 
-session::ImplantTask read_implant(const Json& json, const Json& tissue, std::span<const haptics::Tool> tools,
-                                  const ScenePlace& place) {
-  json.allow_only({"procedure", "plan", "neighbours", "canal"});
-  session::ImplantTask task;
-  const Json procedure = Json::load(find_file(json["procedure"], place));
-  procedure.allow_only({"name", "implant", "bed_diameter_mm", "phases", "limits", "source"});
-  const auto tool_named = [&](const Json& name) {
-    const auto found =
-        std::find_if(tools.begin(), tools.end(), [&](const haptics::Tool& tool) { return tool.name == name.string(); });
-    if (found == tools.end()) {
-      std::vector<std::string> names;
-      for (const haptics::Tool& tool : tools) names.push_back(tool.name);
-      name.fail(fmt::format("\"{}\", which is not among the scene's tools", name.string()),
-                fmt::format("one of: {}", fmt::join(names, ", ")));
-    }
-    return static_cast<std::uint32_t>(found - tools.begin());
-  };
-  const Json plan = json["plan"];
-  plan.allow_only({"entry_mm", "axis"});
-  const haptics::Tool& implant = tools[tool_named(procedure["implant"])];
-  if (!implant.implant || implant.implant->kind != haptics::ImplantToolKind::kImplant)
-    procedure["implant"].fail("a tool of the kind \"implant\"");
-  task.plan.entry_W = plan["entry_mm"].vec3() * kMillimetre;
-  const dvec3 axis = plan["axis"].vec3();
-  if (!(glm::length(axis) > 1e-9)) plan["axis"].fail("a direction into the bone, not zero");
-  task.plan.axis_W = glm::normalize(axis);
-  task.plan.length = implant.length;
-  task.plan.diameter = implant.diameter;
-  task.plan.bed_diameter = procedure["bed_diameter_mm"].number(0.5, 10) * kMillimetre;
-  for (const Json& item : procedure["phases"].items()) {
-    item.allow_only({"name", "deed", "tool", "depth_mm", "volume_mm3"});
-    session::ImplantPhase phase;
-    phase.name = session::read_task_text(item["name"]);
-    const auto deed = session::implant_action_named(item["deed"].string());
-    if (!deed) item["deed"].fail("smooth, mark, drill, check, tap, place or close");
-    phase.deed = *deed;
-    phase.tool = tool_named(item["tool"]);
-    phase.depth = item.number_or("depth_mm", 0, -5, 30) * kMillimetre;
-    phase.volume = item.number_or("volume_mm3", 0, 0, 1000) * kCubicMillimetre;
-    if (const auto& tool = tools[phase.tool].implant) {
-      phase.speed = tool->speed;
-      phase.irrigated = tool->irrigated;
-    } else {
-      item["tool"].fail("a tool with an \"implant\" block");
-    }
-    task.phases.push_back(std::move(phase));
+namespace {
+
+/// Index of the scene's tool with this name.
+std::uint32_t tool_named(const Json& name, std::span<const haptics::Tool> tools) {
+  const auto found = std::ranges::find(tools, name.string(), &haptics::Tool::name);
+  if (found == tools.end()) {
+    std::vector<std::string> names;
+    for (const haptics::Tool& tool : tools) names.push_back(tool.name);
+    name.fail(fmt::format("\"{}\", which is not among the scene's tools", name.string()),
+              fmt::format("one of: {}", fmt::join(names, ", ")));
   }
-  if (task.phases.empty()) procedure["phases"].fail("at least one phase");
-  const Json limits = procedure["limits"];
-  limits.allow_only({"force_N", "angle_deg", "too_deep_mm", "canal_mm", "source"});
-  task.max_force = limits["force_N"].number(0.1, 200);
-  task.max_angle = limits["angle_deg"].number(0.1, 45) * kDegree;
-  task.depth_tolerance = limits["too_deep_mm"].number(0.05, 5) * kMillimetre;
-  task.canal_clearance = limits["canal_mm"].number(0, 10) * kMillimetre;
+  return static_cast<std::uint32_t>(found - tools.begin());
+}
+
+void describe_plan(Keys& keys, session::ImplantPlan& plan) {
+  keys(must("entry_mm"), plan.entry_W, kMillimetre, "middle of the implant's platform");
+  keys(must("axis"), plan.axis_W, haptics::read_direction_into_bone, "its direction into the bone");
+}
+
+void describe_phase(Keys& keys, session::ImplantPhase& phase, std::span<const haptics::Tool> tools) {
+  if (const auto name = keys(must("name"), kAnything, "name of the phase, as text or `{\"en\", \"de\", \"zh\"}`"))
+    phase.name = session::read_task_text(*name);
+  keys(must("deed"), phase.deed, session::kImplantActions, "kind of action");
+  if (const auto name = keys(must("tool"), kName, "the instrument, a tool of the scene with the block `implant`")) {
+    phase.tool = tool_named(*name, tools);
+    const auto& tool = tools[phase.tool].implant;
+    if (!tool) name->fail("a tool with an \"implant\" block");
+    phase.speed = tool->speed;
+    phase.irrigated = tool->irrigated;
+  }
+  keys("depth_mm", phase.depth, {-5, 30, kMillimetre}, "depth that the tool must reach");
+  keys("volume_mm3", phase.volume, {0, 1000, kCubicMillimetre}, "volume to remove in `smooth` and `mark`");
+}
+
+void describe_limits(Keys& keys, session::ImplantTask& task) {
+  keys(must("force_N"), task.max_force, {0.1, 200}, "largest force");
+  keys(must("angle_deg"), task.max_angle, {0.1, 45, kDegree}, "largest angle to the planned axis");
+  keys(must("too_deep_mm"), task.depth_tolerance, {0.05, 5, kMillimetre}, "largest depth beyond the planned depth");
+  keys(must("canal_mm"), task.canal_clearance, {0, 10, kMillimetre}, "smallest distance to the nerve canal");
+  keys.ignore("source");
+}
+
+}  // namespace
+
+void describe_procedure(Keys& keys, session::ImplantTask& task, std::span<const haptics::Tool> tools) {
+  keys("name", kText, "name of the procedure");
+  if (const auto name = keys(must("implant"), kName, "the tool of the kind `implant` that is placed")) {
+    const haptics::Tool& implant = tools[tool_named(*name, tools)];
+    if (!implant.implant || implant.implant->kind != haptics::ImplantToolKind::kImplant)
+      name->fail("a tool of the kind \"implant\"");
+    task.plan.length = implant.length;
+    task.plan.diameter = implant.diameter;
+  }
+  keys(must("bed_diameter_mm"), task.plan.bed_diameter, {0.5, 10, kMillimetre}, "diameter of the implant bed");
+  keys(
+      must("phases"), task.phases, [&](Keys& of, session::ImplantPhase& phase) { describe_phase(of, phase, tools); },
+      "the steps of the procedure, in order");
+  if (keys.json() && task.phases.empty()) (*keys.json())["phases"].fail("at least one phase");
+  keys(must("limits"), task, describe_limits, "limits for messages");
+  keys.ignore("source");
+}
+
+void describe_implant(Keys& keys, session::ImplantTask& task, const NerveCanal& bones,
+                      std::span<const haptics::Tool> tools, const ScenePlace& place) {
+  if (const auto file = keys(must("procedure"), kFile, "for example `implants/procedures/bone_level_48_12.json`")) {
+    read_keys(Json::load(find_file(*file, place)), [&](Keys& of) { describe_procedure(of, task, tools); });
+  }
+  keys(must("plan"), task.plan, describe_plan, "planned position of the implant");
+  const auto root = [](Keys& of, session::NeighbourRoot& of_root) {
+    of(must("a_mm"), of_root.a_W, kMillimetre, "one end of its axis");
+    of(must("b_mm"), of_root.b_W, kMillimetre, "the other end");
+    of(must("radius_mm"), of_root.radius, {0.1, 10, kMillimetre}, "radius");
+  };
+  keys("neighbours", task.neighbours, root,
+       "roots of the neighbouring teeth. Without this key, the score `neighbour_distance_mm` is the distance to the "
+       "nearest enamel or dentin of the tissue");
+  NerveCanal canal = bones;
+  if (keys.json() && keys.json()->has("canal") && !bones.path_W.empty())
+    (*keys.json())["canal"].fail("a canal here and one in the tissue's bone", "one of them");
+  keys("canal", canal, describe_canal,
+       "the nerve canal of a tissue that is read from a volume. It is an error if the tissue has a canal in "
+       "[`bone`](#bone)");
+  task.canal_W = canal.path_W;
+  task.canal_radius = canal.radius;
+  if (!keys.json()) return;
   for (const haptics::Tool& tool : tools) {
     task.tip.push_back(tool.half());
     task.radius.push_back(tool.radius());
   }
-  NerveCanal canal = read_nerve_canal(tissue);
-  if (const auto own = json.find("canal")) {
-    if (!canal.path_W.empty()) own->fail("a canal here and one in the tissue's bone", "one of them");
-    own->allow_only({"path_mm", "diameter_mm"});
-    canal = read_canal(*own);
-  }
-  task.canal_W = canal.path_W;
-  task.canal_radius = canal.radius;
-  if (const auto neighbours = json.find("neighbours")) {
-    for (const Json& root : neighbours->items()) {
-      root.allow_only({"a_mm", "b_mm", "radius_mm"});
-      task.neighbours.push_back({root["a_mm"].vec3() * kMillimetre, root["b_mm"].vec3() * kMillimetre,
-                                 root["radius_mm"].number(0.1, 10) * kMillimetre});
-    }
-  }
-  return task;
 }
 
 fs::path implant_exercise_file() {

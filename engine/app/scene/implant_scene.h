@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/app/assets.h"
+#include "engine/app/tissue/bone_tissue.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"
@@ -14,17 +15,20 @@
 
 namespace typodont {
 
+class Keys;
+
 /// Loads FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
 /// Path of assets/implants/exercise.json, the common part of all implant exercises.
 std::filesystem::path implant_exercise_file();
 
-/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} (docs/scene_format.md). `tissue`: its JSON;
-/// tissue of kind "bone" contains the canal. `tools`: the session's tools. Throws Error, also if a phase's tool is
-/// missing.
-session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
-                                  const ScenePlace& place);
+/// The keys of the block "implant". `bones`: canal of a tissue of the kind "bone". `tools`: the session's tools. Throws
+/// Error, also if a phase's tool is missing.
+void describe_implant(Keys& keys, session::ImplantTask& task, const NerveCanal& bones,
+                      std::span<const haptics::Tool> tools, const ScenePlace& place);
+/// The keys of a procedure file.
+void describe_procedure(Keys& keys, session::ImplantTask& task, std::span<const haptics::Tool> tools);
 
 /// Depth below the implant's upper end, m. Bone need not surround the implant above it.
 inline constexpr double kCrest = 1.5e-3;

@@ -3,99 +3,96 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont {
 
 namespace {
 
-haptics::SoftLaw read_soft_law(const Json& json) {
-  json.allow_only({"modulus_MPa", "thickness_mm", "return_s", "friction", "specific_energy_J_per_mm3",
-                   "bleeding_depth_mm", "blood_radius_mm", "blood_s"});
-  constexpr double kMegapascal = 1e6, kJoulePerMillimetre3 = 1e9;
-  haptics::SoftLaw law;
-  law.elastic_modulus = json.number_or("modulus_MPa", law.elastic_modulus / kMegapascal, 0.02, 20) * kMegapascal;
-  law.thickness = json.number_or("thickness_mm", law.thickness / kMillimetre, 0.5, 5) * kMillimetre;
-  law.return_time = json.number_or("return_s", law.return_time, 0.02, 5);
-  law.friction = json.number_or("friction", law.friction, 0, 1);
-  law.specific_energy =
-      json.number_or("specific_energy_J_per_mm3", law.specific_energy / kJoulePerMillimetre3, 0.01, 10) *
-      kJoulePerMillimetre3;
-  law.bleeding_depth = json.number_or("bleeding_depth_mm", law.bleeding_depth / kMillimetre, 0.05, 2) * kMillimetre;
-  law.blood_radius = json.number_or("blood_radius_mm", law.blood_radius / kMillimetre, 0, 8) * kMillimetre;
-  law.blood_time = json.number_or("blood_s", law.blood_time, 0.5, 600);
-  return law;
+constexpr Form kThree{"three numbers", kPoint.schema};
+constexpr double kMegapascal = 1e6;
+
+void describe_soft_law(Keys& keys, haptics::SoftLaw& law) {
+  keys("modulus_MPa", law.elastic_modulus, {0.02, 20, kMegapascal}, "Young's modulus");
+  keys("thickness_mm", law.thickness, {0.5, 5, kMillimetre}, "largest thickness of the soft layer");
+  keys("return_s", law.return_time, {0.02, 5}, "time constant of the return");
+  keys("friction", law.friction, {0, 1}, "coefficient of friction");
+  keys("specific_energy_J_per_mm3", law.specific_energy, {0.01, 10, kJoulePerCubicMillimetre}, "energy of cutting");
+  keys("bleeding_depth_mm", law.bleeding_depth, {0.05, 2, kMillimetre}, "deeper cuts bleed");
+  keys("blood_radius_mm", law.blood_radius, {0, 8, kMillimetre}, "final radius of the blood around a wound");
+  keys("blood_s", law.blood_time, {0.5, 600}, "time constant with which the blood spreads");
+}
+
+void describe_neighbour(Keys& keys, NeighbourTooth& tooth) {
+  keys(must("contact_mm"), tooth.contact, kMillimetre, "point where the two teeth touch");
+  if (const auto scale = keys("scale", kThree, "enlargement along the arch, across, and along the crown, 0.3–3")) {
+    tooth.scale = scale->vec3();
+    for (int a = 0; a < 3; ++a)
+      if (tooth.scale[a] < 0.3 || tooth.scale[a] > 3) scale->fail("three factors from 0.3 to 3");
+  }
+  keys("turn_deg", tooth.turn, {-180, 180, kDegree}, "rotation about the crown");
+}
+
+void describe_gum(Keys& keys, SurroundingsPlan& plan) {
+  keys(must("margin_mm"), plan.margin, kMillimetre, "a point of the gum's edge");
+  plan.margin_normal = plan.crown;
+  keys("normal", plan.margin_normal, read_direction, "normal of this edge, within 60° of `crown` (default)");
+  if (keys.json() && glm::dot(plan.margin_normal, plan.crown) < 0.5)
+    keys.json()->fail("normal far from crown", "them within 60°");
+  keys("papilla_mm", plan.papilla, {0, 10, kMillimetre}, "additional height of the gum between two teeth");
+  keys("thickness_mm", plan.thickness, {0.1, 5, kMillimetre}, "thickness of the gum on the root");
+  keys("length_mm", plan.length, {5, 100, kMillimetre}, "length of the drawn part of the jaw");
+  keys("soft", plan.soft, describe_soft_law, "[Soft gum](#soft-gum)");
+}
+
+void describe_dam(Keys& keys, RubberDam& dam) {
+  keys("gap_mm", dam.gap, {0, 2, kMillimetre}, "distance of the hole's edge from the tooth");
+  keys("clamp", dam.clamp, "a steel clamp holds the sheet");
 }
 
 }  // namespace
 
-SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
-  json.allow_only({"volume", "crown", "arch", "neighbours", "gum", "row", "mouth", "dam", "monitored"});
-  SurroundingsPlan plan;
-  const auto direction = [](const Json& value) {
-    const dvec3 v = value.vec3();
-    if (glm::length(v) < 1e-9) value.fail("a direction, not zero");
-    return glm::normalize(v);
-  };
-  if (const auto v = json.find("volume")) {
+void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesystem::path& volume,
+                           const ScenePlace& place) {
+  const Json* json = keys.json();
+  plan.volume = volume;
+  if (const auto v = keys("volume", kFile,
+                          "the volume of the working tooth (`.vdb`); default: that of the scene. Required if the "
+                          "tissue of the scene is not a volume file"))
     plan.volume = find_file(*v, place);
-  } else if (!volume.empty()) {
-    plan.volume = volume;
-  } else {
-    json.fail("no \"volume\" in a scene whose tissue is made of solids", "\"volume\"");
-  }
-  if (const auto v = json.find("crown")) plan.crown = direction(*v);
-  if (const auto v = json.find("arch")) plan.arch = direction(*v);
-  if (std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
-    json.fail("arch nearly along crown", "them square to each other");
+  if (json && plan.volume.empty()) json->fail("no \"volume\" in a scene whose tissue is made of solids", "\"volume\"");
+  keys("crown", plan.crown, read_direction, "direction of the crown; default [0, 0, 1]");
+  keys("arch", plan.arch, read_direction, "direction along the arch, nearly perpendicular to it; default [1, 0, 0]");
+  if (json && std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
+    json->fail("arch nearly along crown", "them square to each other");
   plan.arch = glm::normalize(plan.arch - plan.crown * glm::dot(plan.arch, plan.crown));
-  if (const auto list = json.find("neighbours")) {
-    if (list->items().size() > 8) list->fail("at most 8 neighbours");
-    for (const Json& item : list->items()) {
-      item.allow_only({"contact_mm", "scale", "turn_deg"});
-      NeighbourTooth tooth;
-      tooth.contact = item["contact_mm"].vec3() * kMillimetre;
-      if (const auto scale = item.find("scale")) {
-        tooth.scale = scale->vec3();
-        for (int a = 0; a < 3; ++a)
-          if (tooth.scale[a] < 0.3 || tooth.scale[a] > 3) scale->fail("three factors from 0.3 to 3");
-      }
-      tooth.turn = item.number_or("turn_deg", 0, -180, 180) * kPi / 180;
-      plan.neighbours.push_back(tooth);
-    }
-  }
-  if (const auto gum = json.find("gum")) {
-    gum->allow_only({"margin_mm", "normal", "papilla_mm", "thickness_mm", "length_mm", "soft"});
-    plan.gum = true;
-    plan.margin = (*gum)["margin_mm"].vec3() * kMillimetre;
-    plan.margin_normal = plan.crown;
-    if (const auto v = gum->find("normal")) plan.margin_normal = direction(*v);
-    if (glm::dot(plan.margin_normal, plan.crown) < 0.5) gum->fail("normal far from crown", "them within 60°");
-    plan.papilla = gum->number_or("papilla_mm", plan.papilla / kMillimetre, 0, 10) * kMillimetre;
-    plan.thickness = gum->number_or("thickness_mm", plan.thickness / kMillimetre, 0.1, 5) * kMillimetre;
-    plan.length = gum->number_or("length_mm", plan.length / kMillimetre, 5, 100) * kMillimetre;
-    if (const auto soft = gum->find("soft")) plan.soft = read_soft_law(*soft);
-  }
-  if (const auto row = json.find("row")) {
+  keys("neighbours", plan.neighbours, describe_neighbour, "at most 8; the tooth mirrored at the contact");
+  if (json && plan.neighbours.size() > 8) (*json)["neighbours"].fail("at most 8 neighbours");
+  keys("gum", plan, describe_gum, "[Gum](#gum)");
+  plan.gum = json && json->has("gum");
+  if (const auto row =
+          keys("row", kFile, "the other teeth of the jaw, instead of `neighbours` ([Row of teeth](#row-of-teeth))")) {
     if (!plan.neighbours.empty()) row->fail("row beside neighbours", "one of them");
     plan.row = load_tooth_row(find_file(*row, place));
   }
-  if (const auto mouth = json.find("mouth")) {
-    const std::string name = mouth->string();
-    if (name == "patient" || name == "phantom")
-      plan.mouth = name == "patient" ? Mouth::kPatient : Mouth::kPhantom;
-    else if (name != "none")
-      mouth->fail("none, patient or phantom");
-    if (plan.mouth != Mouth::kNone && !(plan.row && plan.gum)) mouth->fail("mouth alone", "row and gum beside it");
-  }
-  if (const auto dam = json.find("dam")) {
-    dam->allow_only({"gap_mm", "clamp"});
-    if (!(plan.row && plan.gum)) dam->fail("dam alone", "row and gum beside it");
-    plan.dam.emplace();
-    plan.dam->gap = dam->number_or("gap_mm", plan.dam->gap / kMillimetre, 0, 2) * kMillimetre;
-    plan.dam->clamp = dam->boolean_or("clamp", true);
-  }
-  plan.monitored = json.boolean_or("monitored", true);
+  keys("mouth", plan.mouth, {"none", "patient", "phantom"},
+       "cheek, lips and tongue, or a phantom head with a mask, teeth of plastic and gum of acrylic; only with `row` "
+       "and `gum`; only drawn");
+  if (plan.mouth != Mouth::kNone && !(plan.row && plan.gum))
+    (*json)["mouth"].fail("mouth alone", "row and gum beside it");
+  keys("dam", plan.dam, describe_dam,
+       "a rubber dam with a hole for the working tooth, which hides the other teeth and the gum; only with `row` and "
+       "`gum`; only drawn");
+  if (plan.dam && !(plan.row && plan.gum)) (*json)["dam"].fail("dam alone", "row and gum beside it");
+  keys("monitored", plan.monitored,
+       "false: the surroundings are only drawn. A bur then causes no damage in them, and a hand that plans its strokes "
+       "(the expert) does not avoid them");
+}
+
+SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
+  SurroundingsPlan plan;
+  read_keys(json, [&](Keys& keys) { describe_surroundings(keys, plan, volume, place); });
   return plan;
 }
 

@@ -13,6 +13,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// A neighbour: mirror image of the working tooth. m, frame W.
 struct NeighbourTooth {
   dvec3 contact{0, 0, 0};  // contact point, in the mirror plane across the arch
@@ -47,7 +49,9 @@ struct SurroundingsPlan {
   std::optional<haptics::SoftLaw> soft;
 };
 
-/// Reads the block "surroundings". `volume`: the scene's volume, used if the block names none. Throws Error.
+/// The keys of the block "surroundings". `volume`: the scene's volume, used if the block names none. Throws Error.
+void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesystem::path& volume,
+                           const ScenePlace& place);
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont

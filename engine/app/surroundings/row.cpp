@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -50,35 +50,60 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   return best;
 }
 
-ToothRow load_tooth_row(const std::filesystem::path& file) {
-  const Json json = Json::load(file);
-  json.allow_only({"source", "forms", "teeth", "curve_mm"});
-  const std::filesystem::path folder = file.parent_path() / json["forms"].string();
-  ToothRow row;
-  std::map<std::string, ToothForm> forms;
-  for (const Json& item : json["teeth"].items()) {
-    item.allow_only({"form", "at_mm", "turn_deg", "lean_deg", "mirrored"});
-    const std::string name = item["form"].string();
+namespace {
+
+constexpr Form kPoints{"list of points", R"({"type": "array"})"};
+
+/// A tooth of the row. `folder`: shapes of teeth; `forms`: those that were read.
+void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder,
+                        std::map<std::string, ToothForm>& forms) {
+  if (const auto form = keys(must("form"), kName, "the file `FOLDER/FORM.json`")) {
+    const std::string name = form->string();
     if (!forms.contains(name)) {
-      const std::filesystem::path form = folder / (name + ".json");
+      const std::filesystem::path file = folder / (name + ".json");
       std::error_code code;
-      if (!std::filesystem::exists(form, code)) item["form"].fail("a form in " + folder.string());
-      forms[name] = read_tooth_form(Json::load(form));
+      if (!std::filesystem::exists(file, code)) form->fail("a form in " + folder.string());
+      forms[name] = read_tooth_form(Json::load(file));
     }
-    row.teeth.push_back(
-        {forms[name], item["at_mm"].vec3() * kMillimetre,
-         to_form(item.number_or("turn_deg", 0, -180, 180) * kDegree, item.number_or("lean_deg", 0, -30, 30) * kDegree,
-                 item.boolean_or("mirrored", false))});
+    tooth.form = forms[name];
   }
-  if (row.teeth.size() > 32) json["teeth"].fail("at most 32 teeth");
-  for (const Json& item : json["curve_mm"].items()) {
+  keys(must("at_mm"), tooth.at, kMillimetre, "middle of the tooth's neck");
+  double turn = 0, lean = 0;
+  bool mirrored = false;
+  keys("turn_deg", turn, {-180, 180, kDegree}, "rotation about z");
+  keys("lean_deg", lean, {-30, 30, kDegree}, "inclination towards the tongue");
+  keys("mirrored", mirrored, "true: the mirror image of the form, for a tooth of the other side");
+  tooth.R_FR = to_form(turn, lean, mirrored);
+}
+
+}  // namespace
+
+void describe_tooth_row(Keys& keys, ToothRow& row) {
+  keys.ignore("source");
+  std::filesystem::path folder;
+  std::map<std::string, ToothForm> forms;
+  if (const auto json = keys(must("forms"), kFile, "folder with the shapes of teeth, relative to the row file"))
+    folder = json->file().parent_path() / json->string();
+  keys(
+      must("teeth"), row.teeth, [&](Keys& of, RowTooth& tooth) { describe_row_tooth(of, tooth, folder, forms); },
+      "at most 32 teeth");
+  if (row.teeth.size() > 32) (*keys.json())["teeth"].fail("at most 32 teeth");
+  const auto curve =
+      keys(must("curve_mm"), kPoints,
+           "2 to 200 points `[x, y]`: curve through the necks of the teeth (between crown and root), from "
+           "the most distal tooth past the midline to the other side");
+  if (!curve) return;
+  for (const Json& item : curve->items()) {
     const std::vector<double> v = item.numbers(2);
     const glm::dvec2 p = glm::dvec2(v[0], v[1]) * kMillimetre;
     if (!row.curve.empty() && glm::length(p - row.curve.back()) < 1e-4) item.fail("a point away from the last one");
     row.curve.push_back(p);
   }
-  if (row.curve.size() < 2 || row.curve.size() > 200) json["curve_mm"].fail("2 to 200 points");
-  return row;
+  if (row.curve.size() < 2 || row.curve.size() > 200) curve->fail("2 to 200 points");
+}
+
+ToothRow load_tooth_row(const std::filesystem::path& file) {
+  return read_keys(Json::load(file), describe_tooth_row);
 }
 
 }  // namespace typodont

@@ -9,6 +9,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// A tooth of the row. Frame of the row: x along the arch (mesial), y to the cheek, z out of the crown, origin as W. m.
 struct RowTooth {
   ToothForm form;
@@ -43,6 +45,8 @@ struct ToothRow {
   std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
+/// The keys of a file with a row of teeth. Throws Error.
+void describe_tooth_row(Keys& keys, ToothRow& row);
 /// Loads a row of teeth with their forms, for example assets/jaw/lower_row.json. Throws Error.
 ToothRow load_tooth_row(const std::filesystem::path& file);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/app/surroundings/blend.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -99,44 +100,61 @@ dvec3 ToothForm::high() const {
   return {half.x, half.y + std::max(-lean, 0.0) * height, height + kMargin};
 }
 
-ToothForm read_tooth_form(const Json& json) {
-  json.allow_only({"widest_mm", "neck_mm", "table_mm", "height_mm", "contour_mm", "square", "rounding_mm", "lean_deg",
-                   "root_mm", "groove_mm", "hills", "source"});
-  const auto pair = [](const Json& value, double least, double most) {
-    const std::vector<double> v = value.numbers(2);
-    for (const double x : v)
-      if (x < least || x > most) value.fail("two lengths in millimetres in the valid range");
-    return glm::dvec2(v[0], v[1]) * kMillimetre;
-  };
-  ToothForm form;
-  form.widest = pair(json["widest_mm"], 2, 16);
-  form.neck = pair(json["neck_mm"], 2, 16);
-  form.table = pair(json["table_mm"], 0.3, 16);
-  form.height = json["height_mm"].number(3, 16) * kMillimetre;
-  const std::vector<double> contour = json["contour_mm"].numbers(3);
-  for (const double c : contour)
-    if (c < 0.2 || c > form.height / kMillimetre - 0.2) json["contour_mm"].fail("three heights within the crown");
-  form.proximal = contour[0] * kMillimetre;
-  form.buccal = contour[1] * kMillimetre;
-  form.lingual = contour[2] * kMillimetre;
-  form.square = json.number_or("square", form.square, 1.5, 6);
-  form.rounding = json["rounding_mm"].number(0.1, 4) * kMillimetre;
-  form.lean = std::tan(json.number_or("lean_deg", 0, -30, 30) * kDegree);
-  form.root = json["root_mm"].number(4, 25) * kMillimetre;
-  const glm::dvec2 groove = pair(json["groove_mm"], 0, 2);
-  form.groove_depth = groove.x;
-  form.groove_width = std::max(groove.y, 1e-5);
-  for (const Json& item : json["hills"].items()) {
-    item.allow_only({"at_mm", "height_mm", "slope", "long"});
-    ToothHill hill;
-    hill.at = pair(item["at_mm"], -8, 8);
-    hill.height = item["height_mm"].number(1, 16) * kMillimetre;
-    hill.slope = item["slope"].number(0.05, 2);
-    if (const auto v = item.find("long")) hill.long_by = pair(*v, 0.1, 20) / kMillimetre;
-    form.hills.push_back(hill);
+namespace {
+
+constexpr Form kPair{"two numbers", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
+
+glm::dvec2 read_pair(const Json& value, double min, double max) {
+  const std::vector<double> v = value.numbers(2);
+  for (const double x : v)
+    if (x < min || x > max) value.fail("two lengths in millimetres in the valid range");
+  return glm::dvec2(v[0], v[1]) * kMillimetre;
+}
+
+void describe_hill(Keys& keys, ToothHill& hill) {
+  if (const auto at = keys(must("at_mm"), kPair, "its x and y, −8–8")) hill.at = read_pair(*at, -8, 8);
+  keys(must("height_mm"), hill.height, {1, 16, kMillimetre}, "height above the neck");
+  keys(must("slope"), hill.slope, {0.05, 2}, "slope of its sides");
+  if (const auto v = keys("long", kPair, "stretch along x and y, 0.1–20; default [1, 1]"))
+    hill.long_by = read_pair(*v, 0.1, 20) / kMillimetre;
+}
+
+}  // namespace
+
+void describe_tooth_form(Keys& keys, ToothForm& form) {
+  if (const auto v = keys(must("widest_mm"), kPair, "widths along x and y at the widest part, 2–16"))
+    form.widest = read_pair(*v, 2, 16);
+  if (const auto v = keys(must("neck_mm"), kPair, "widths at the neck, 2–16")) form.neck = read_pair(*v, 2, 16);
+  if (const auto v = keys(must("table_mm"), kPair, "widths at the occlusal end, 0.3–16"))
+    form.table = read_pair(*v, 0.3, 16);
+  keys(must("height_mm"), form.height, {3, 16, kMillimetre}, "height of the crown");
+  if (const auto v =
+          keys(must("contour_mm"), kPoint, "height of the widest part at the proximal, buccal and lingual sides")) {
+    const std::vector<double> contour = v->numbers(3);
+    for (const double c : contour)
+      if (c < 0.2 || c > form.height / kMillimetre - 0.2) v->fail("three heights within the crown");
+    form.proximal = contour[0] * kMillimetre;
+    form.buccal = contour[1] * kMillimetre;
+    form.lingual = contour[2] * kMillimetre;
   }
-  if (form.hills.empty() || form.hills.size() > 12) json["hills"].fail("1 to 12 hills");
-  return form;
+  keys("square", form.square, {1.5, 6}, "exponent of the outline");
+  keys(must("rounding_mm"), form.rounding, {0.1, 4, kMillimetre}, "radius of the edges");
+  double lean = 0;
+  keys("lean_deg", lean, {-30, 30, kDegree}, "inclination");
+  form.lean = std::tan(lean);
+  keys(must("root_mm"), form.root, {4, 25, kMillimetre}, "length of the root");
+  if (const auto v = keys(must("groove_mm"), kPair, "depth and width of the grooves, 0–2")) {
+    const glm::dvec2 groove = read_pair(*v, 0, 2);
+    form.groove_depth = groove.x;
+    form.groove_width = std::max(groove.y, 1e-5);
+  }
+  keys(must("hills"), form.hills, describe_hill, "1 to 12 cusps, ridges and edges");
+  if (keys.json() && (form.hills.empty() || form.hills.size() > 12)) (*keys.json())["hills"].fail("1 to 12 hills");
+  keys.ignore("source");
+}
+
+ToothForm read_tooth_form(const Json& json) {
+  return read_keys(json, describe_tooth_form);
 }
 
 }  // namespace typodont

@@ -10,6 +10,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// A hill of the chewing surface (cusp, ridge or edge): a cone with a rounded tip.
 struct ToothHill {
   glm::dvec2 at{0, 0};       // m, x and y
@@ -45,7 +47,8 @@ struct ToothForm {
   dvec3 high() const;
 };
 
-/// Reads the shape of a tooth from JSON. Throws Error.
+/// The keys of a file with the shape of a tooth. Throws Error.
+void describe_tooth_form(Keys& keys, ToothForm& form);
 ToothForm read_tooth_form(const Json& json);
 
 }  // namespace typodont

@@ -10,6 +10,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/base/in_parallel.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/dense_tissue.h"
 
@@ -22,6 +23,9 @@ constexpr double kEndosteum = 0.5e-3;
 // Distance between random grey values, m: several trabecula distances.
 constexpr double kGrain = 1.2e-3;
 constexpr double kMaxVoxels = 2e8;
+constexpr Form kPoints{"list of points", R"({"type": "array"})"};
+constexpr Form kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"};
+constexpr Form kSolidList{"list", R"({"type": "array"})"};
 
 /// Random number for a grid point, −1 to 1 (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
@@ -50,6 +54,7 @@ double noise(std::uint64_t seed, const dvec3& p) {
 
 /// The object "bone" of a scene, without the mesh.
 struct Bone {
+  double scale = 1e-3;  // m, one unit of the mesh's file
   double voxel = 0, band = 0;
   dvec3 lo{0}, hi{0};  // m, frame W, bounds of the sampled box
   Pose X_MW;           // pose of the scene's frame W in mesh frame M
@@ -61,47 +66,68 @@ struct Bone {
   NerveCanal canal;
 };
 
-Bone read(const Json& json) {
-  json.allow_only({"mesh", "site_mm", "lingual", "place_mm", "class", "cortical_mm", "cancellous_HU", "voxel_mm",
-                   "band_mm", "domain_mm", "remove", "canal", "variation", "seed"});
-  Bone bone;
-  json["mesh"].allow_only({"file", "scale"});
-  json["mesh"]["file"].string();
-  bone.voxel = json.number_or("voxel_mm", 0.15, 0.04, 1) * kMillimetre;
-  bone.band = json.number_or("band_mm", 1.5, 0.2, 10) * kMillimetre;
-  if (bone.band < 3 * bone.voxel) json["band_mm"].fail("at least three voxels");
-  const auto corners = json["domain_mm"].items();
-  if (corners.size() != 2) json["domain_mm"].fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
-  bone.lo = corners[0].vec3() * kMillimetre, bone.hi = corners[1].vec3() * kMillimetre;
-  if (!(bone.lo.x < bone.hi.x && bone.lo.y < bone.hi.y && bone.lo.z < bone.hi.z))
-    json["domain_mm"].fail("a lower corner below the upper one");
-  const dvec3 size = (bone.hi - bone.lo) / bone.voxel;
-  if (size.x * size.y * size.z > kMaxVoxels) {
-    json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
-                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
-  }
+void describe(Keys& keys, Bone& bone) {
+  const Json* json = keys.json();
+  const auto mesh = [&](Keys& of) {
+    std::string file;
+    of(must("file"), file, "the closed mesh");
+    of("scale", bone.scale, {1e-6, 1e6, kMillimetre}, "length of one unit of the file in millimetres");
+  };
+  keys(must("mesh"), mesh, "the closed mesh");
+  dvec3 site_M(0), place_W(0), y(0, 1, 0);
+  keys(must("site_mm"), site_M, kMillimetre, "a point in the mesh file's own frame, in millimetres");
   // In the scene, y points to the tongue, z up.
-  dvec3 y = json["lingual"].vec3();
-  y.z = 0;
-  if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
-  y = glm::normalize(y);
+  if (const auto lingual = keys(must("lingual"), kDirection, "horizontal; becomes the scene's +y; z does not change")) {
+    y = lingual->vec3();
+    y.z = 0;
+    if (!(glm::length(y) > 1e-9)) lingual->fail("a horizontal direction, not zero");
+    y = glm::normalize(y);
+  }
+  keys(must("place_mm"), place_W, kMillimetre, "position of `site_mm` in the scene");
   const dvec3 z(0, 0, 1);
   const dquat R_MW = glm::normalize(glm::quat_cast(glm::dmat3(glm::cross(y, z), y, z)));
-  const dvec3 place = json["place_mm"].vec3() * kMillimetre;
-  bone.X_MW = {json["site_mm"].vec3() * kMillimetre - R_MW * place, R_MW};
-  bone.made_of = load_bone_class(json["class"]);
-  bone.grey = load_bone_grey();
-  bone.made_of.cortical_thickness =
-      json.number_or("cortical_mm", bone.made_of.cortical_thickness / kMillimetre, 0, 20) * kMillimetre;
-  bone.made_of.cancellous_grey = json.number_or("cancellous_HU", bone.made_of.cancellous_grey, 1, bone.grey.cancellous);
-  bone.variation = json.number_or("variation", 0.15, 0, 0.9);
-  if (const auto seed = json.find("seed")) bone.seed = static_cast<std::uint64_t>(seed->integer(0));
-  if (const auto canal = json.find("canal")) {
-    canal->allow_only({"path_mm", "diameter_mm", "wall_mm"});
-    bone.canal = read_canal(*canal);
-    bone.canal_wall = canal->number_or("wall_mm", 0.4, 0, 3) * kMillimetre;
+  bone.X_MW = {site_M - R_MW * place_W, R_MW};
+  if (const auto name =
+          keys(must("class"), kName, "density class `I` to `IV` (`assets/materials/bone_classes.json`)")) {
+    bone.made_of = load_bone_class(*name);
+    bone.grey = load_bone_grey();
   }
-  return bone;
+  if (!json) bone.made_of.cortical_thickness = kNoDefault;
+  keys("cortical_mm", bone.made_of.cortical_thickness, {0, 20, kMillimetre},
+       "thickness of the cortical shell; default: as the class");
+  keys("cancellous_HU", bone.made_of.cancellous_grey, {1, bone.grey.cancellous},
+       "its grey value; default: as the class");
+  bone.voxel = 0.15e-3, bone.band = 1.5e-3;
+  keys("voxel_mm", bone.voxel, {0.04, 1, kMillimetre}, "as for [solids](#solids)");
+  keys("band_mm", bone.band, {0.2, 10, kMillimetre}, "as for [solids](#solids); at least three voxels");
+  if (json && bone.band < 3 * bone.voxel) (*json)["band_mm"].fail("at least three voxels");
+  if (const auto domain =
+          keys(must("domain_mm"), kBox, "at most 200 million voxels; the bone ends two voxels inside")) {
+    const auto corners = domain->items();
+    if (corners.size() != 2) domain->fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
+    bone.lo = corners[0].vec3() * kMillimetre, bone.hi = corners[1].vec3() * kMillimetre;
+    if (!(bone.lo.x < bone.hi.x && bone.lo.y < bone.hi.y && bone.lo.z < bone.hi.z))
+      domain->fail("a lower corner below the upper one");
+    const dvec3 size = (bone.hi - bone.lo) / bone.voxel;
+    if (size.x * size.y * size.z > kMaxVoxels) {
+      domain->fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
+                   fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
+    }
+  }
+  keys("remove", kSolidList, "[solids](#solids) to remove, such as teeth; the shell follows");
+  const auto canal = [&](Keys& of) {
+    describe_canal(of, bone.canal);
+    bone.canal_wall = 0.4e-3;
+    of("wall_mm", bone.canal_wall, {0, 3, kMillimetre}, "thickness of the cortical bone around it");
+  };
+  keys("canal", canal, "the nerve canal. Nerve and vessels in it have the label `pulp`");
+  bone.variation = 0.15;
+  keys("variation", bone.variation, {0, 0.9}, "relative variation of the cancellous grey values");
+  keys("seed", bone.seed, {0}, "seed of this variation");
+}
+
+Bone read(const Json& json) {
+  return read_keys(json, describe);
 }
 
 }  // namespace
@@ -141,22 +167,23 @@ NerveCanal read_nerve_canal(const Json& tissue) {
   return bone ? read(*bone).canal : NerveCanal{};
 }
 
-NerveCanal read_canal(const Json& json) {
-  NerveCanal canal;
-  canal.radius = json["diameter_mm"].number(0.5, 8) / 2 * kMillimetre;
-  for (const Json& point : json["path_mm"].items()) canal.path_W.push_back(point.vec3() * kMillimetre);
-  if (canal.path_W.size() < 2) json["path_mm"].fail("at least two points");
-  return canal;
+void describe_canal(Keys& keys, NerveCanal& canal) {
+  if (const auto path = keys(must("path_mm"), kPoints, "at least two points of the centre line")) {
+    for (const Json& point : path->items()) canal.path_W.push_back(point.vec3() * kMillimetre);
+    if (canal.path_W.size() < 2) path->fail("at least two points");
+  }
+  keys(must("diameter_mm"), canal.radius, {0.5, 8, kMillimetre / 2}, "diameter");
 }
 
-void check_bone(const Json& bone) {
-  read(bone);
+void describe_bone(Keys& keys) {
+  Bone bone;
+  describe(keys, bone);
 }
 
 haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& files) {
   const Bone bone = read(json);
   const Json mesh = json["mesh"];
-  const auto jaw = files.read_mesh(files.find(mesh["file"]), mesh.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
+  const auto jaw = files.read_mesh(files.find(mesh["file"]), bone.scale);
   std::vector<std::unique_ptr<haptics::Solid>> removed;
   if (const auto remove = json.find("remove")) {
     for (const Json& solid : remove->items()) removed.push_back(haptics::read_solid(solid, files));

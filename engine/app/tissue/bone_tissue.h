@@ -11,6 +11,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// Nerves and vessels have no label of their own; they use that of the pulp.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 
@@ -47,12 +49,11 @@ struct NerveCanal {
   double distance(const dvec3& p_W) const;
 };
 NerveCanal read_nerve_canal(const Json& tissue);
-/// Reads {"path_mm", "diameter_mm"}. Throws Error.
-NerveCanal read_canal(const Json& json);
+void describe_canal(Keys& keys, NerveCanal& canal);
 
 /// Samples {"bone": {…}} of a scene (docs/scene_format.md). Throws Error.
 haptics::DenseTissue sample_bone(const Json& bone, const haptics::SolidFiles& files);
-/// Checks the object without sampling it. Throws Error.
-void check_bone(const Json& bone);
+/// Its keys; checks an object without sampling it. Throws Error.
+void describe_bone(Keys& keys);
 
 }  // namespace typodont

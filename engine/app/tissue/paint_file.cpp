@@ -1,29 +1,35 @@
 #include "engine/app/tissue/paint_file.h"
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
 
 namespace typodont {
 
-std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
-  const Json json = Json::load(file);
-  json.allow_only({"strokes"});
-  std::vector<PaintStroke> strokes;
-  for (const Json& item : json["strokes"].items()) {
-    item.allow_only({"tissue", "a_mm", "b_mm", "radius_mm", "stiffness_factor", "hardness"});
-    PaintStroke stroke;
-    const auto tissue = tissue_named(item["tissue"].string());
-    if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
+namespace {
+
+void describe_stroke(Keys& keys, PaintStroke& stroke) {
+  if (const auto name = keys(must("tissue"), kName, "label of the stroke")) {
+    const auto tissue = tissue_named(name->string());
+    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue");
     stroke.tissue = *tissue;
-    stroke.a_W = item["a_mm"].vec3() * kMillimetre;
-    const auto b = item.find("b_mm");
-    stroke.b_W = b ? b->vec3() * kMillimetre : stroke.a_W;
-    stroke.radius = item["radius_mm"].number(1e-3, 100) * kMillimetre;
-    stroke.stiffness_factor = item.number_or("stiffness_factor", 1, 0.01, 10);
-    stroke.hardness = item.number_or("hardness", 1, 0, 1);
-    strokes.push_back(stroke);
   }
-  return strokes;
+  keys(must("a_mm"), stroke.a_W, kMillimetre, "one end of the stroke");
+  stroke.b_W = keys.json() ? stroke.a_W : dvec3(kNoDefault);
+  keys("b_mm", stroke.b_W, kMillimetre, "the other end; default: `a_mm`");
+  keys(must("radius_mm"), stroke.radius, {1e-3, 100, kMillimetre}, "radius of the stroke");
+  keys("stiffness_factor", stroke.stiffness_factor, {0.01, 10}, "factor of the tissue's stiffness everywhere");
+  keys("hardness", stroke.hardness, {0, 1}, "[hardness](#hardness) in the stroke");
+}
+
+}  // namespace
+
+void describe_paint_file(Keys& keys, std::vector<PaintStroke>& strokes) {
+  keys(must("strokes"), strokes, describe_stroke, "the strokes");
+}
+
+std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
+  return read_keys(Json::load(file), describe_paint_file);
 }
 
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {

@@ -17,6 +17,8 @@
 
 namespace typodont {
 
+class Keys;
+
 /// A brush stroke: all tissue closer than `radius` to the line from a to b. m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
@@ -26,7 +28,8 @@ struct PaintStroke {
   double hardness = 1;          // 0 to 1; 1: the full hardness of the tissue
 };
 
-/// Reads the strokes of a file. Throws Error.
+/// The keys of a file with strokes. Throws Error.
+void describe_paint_file(Keys& keys, std::vector<PaintStroke>& strokes);
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
 /// Paints the strokes in order, so that later strokes cover earlier ones. False: no stroke touched tissue.

@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/contact/implant/implant_body.h"
 #include "haptics/contact/implant/implant_model.h"
+#include "haptics/described.h"
 
 namespace typodont::haptics::implant {
 
@@ -28,63 +30,51 @@ class ImplantMethod final : public ContactMethod {
   Parameters parameters_;
 };
 
-Bed read_bed(const Json& json) {
-  json.allow_only({"entry_mm", "axis", "depth_mm", "diameter_mm"});
-  Bed bed;
-  bed.entry_W = json["entry_mm"].vec3() * kMillimetre;
-  const dvec3 axis = json["axis"].vec3();
-  if (!(glm::length(axis) > 1e-9)) json["axis"].fail("a direction into the bone, not zero");
-  bed.axis_W = glm::normalize(axis);
-  bed.depth = json["depth_mm"].number(0.5, 30) * kMillimetre;
-  bed.radius = json["diameter_mm"].number(0.5, 10) / 2 * kMillimetre;
-  return bed;
+void describe_bed(Keys& keys, Bed& bed) {
+  keys(must("entry_mm"), bed.entry_W, kMillimetre, "middle of its entry");
+  keys(must("axis"), bed.axis_W, read_direction_into_bone, "direction into the bone");
+  keys(must("depth_mm"), bed.depth, {0.5, 30, kMillimetre}, "depth");
+  keys(must("diameter_mm"), bed.radius, {0.5, 10, kMillimetre / 2}, "diameter");
 }
 
-void read_grey(const Json& json, Parameters& p) {
-  json.allow_only({"cortical_bone", "cancellous_bone", "teeth", "implants", "source"});
-  p.cortical_grey = json.number_or("cortical_bone", p.cortical_grey, 1, 1e5);
-  p.cancellous_grey = json.number_or("cancellous_bone", p.cancellous_grey, 1, 1e5);
-  p.tooth_grey = json.number_or("teeth", p.tooth_grey, 1, 1e5);
-  p.metal_grey = json.number_or("implants", p.metal_grey, 1, 1e5);
+void describe_grey(Keys& keys, Parameters& p) {
+  keys("cortical_bone", p.cortical_grey, {1, 1e5}, "grey value of cortical bone");
+  keys("cancellous_bone", p.cancellous_grey, {1, 1e5}, "grey value of cancellous bone");
+  keys("teeth", p.tooth_grey, {1, 1e5}, "grey value of teeth");
+  keys("implants", p.metal_grey, {1, 1e5}, "grey value of implants");
+  keys.ignore("source");
 }
 
-void read_torque(const Json& json, Parameters& p) {
-  json.allow_only({"torque_Ncm", "grey_HU", "exponent", "surface_mm2", "tapped_share", "source"});
-  p.torque = json.number_or("torque_Ncm", p.torque * 100, 0, 500) / 100;
-  p.torque_grey = json.number_or("grey_HU", p.torque_grey, 1, 1e5);
-  p.torque_exponent = json.number_or("exponent", p.torque_exponent, 0, 10);
-  p.torque_surface = json.number_or("surface_mm2", p.torque_surface / kSquareMillimetre, 1, 1e4) * kSquareMillimetre;
-  p.tapped_fraction = json.number_or("tapped_share", p.tapped_fraction, 0, 1);
+void describe_torque(Keys& keys, Parameters& p) {
+  keys("torque_Ncm", p.torque, {0, 500, 1e-2}, "torque in bone of `grey_HU`");
+  keys("grey_HU", p.torque_grey, {1, 1e5}, "grey value of this bone");
+  keys("exponent", p.torque_exponent, {0, 10}, "the torque grows with this power of the grey value");
+  keys("surface_mm2", p.torque_surface, {1, 1e4, kSquareMillimetre}, "surface of the implant in bone at this torque");
+  keys("tapped_share", p.tapped_fraction, {0, 1}, "fraction of the torque in a tapped bed");
+  keys.ignore("source");
 }
 
 }  // namespace
 
-SharedContactMethod read(const std::optional<Json>& json) {
+SharedContactMethod read(Keys& keys) {
   Parameters p;
-  if (json) {
-    json->allow_only({"tool_voxel_mm", "layers", "centre_tolerance_mm", "radius_tolerance_mm", "axis_tolerance_deg",
-                      "enter_force_N", "leave_mm", "mass_g", "turn_stiffness_Nm_per_rad", "as_printed", "grey_HU",
-                      "insertion_torque", "beds", "source"});
-    p.tool_voxel = json->number_or("tool_voxel_mm", p.tool_voxel / kMillimetre, 0.02, 0.5) * kMillimetre;
-    if (const auto layers = json->find("layers")) p.layers = static_cast<int>(layers->integer(1, 2));
-    const auto length = [&](std::string_view key, double& value, double least, double most) {
-      value = json->number_or(key, value / kMillimetre, least, most) * kMillimetre;
-    };
-    length("centre_tolerance_mm", p.centre_tolerance, 0.05, 3);
-    length("radius_tolerance_mm", p.radius_tolerance, 0, 1);
-    length("leave_mm", p.leave, 0.05, 3);
-    p.axis_tolerance = json->number_or("axis_tolerance_deg", p.axis_tolerance / kDegree, 0.1, 45) * kDegree;
-    p.enter_force = json->number_or("enter_force_N", p.enter_force, 0.01, 20);
-    p.mass = json->number_or("mass_g", p.mass * 1e3, 0, 1000) * 1e-3;
-    p.turn_stiffness = json->number_or("turn_stiffness_Nm_per_rad", p.turn_stiffness, 0, 50);
-    p.as_printed = json->boolean_or("as_printed", false);
-    if (const auto grey = json->find("grey_HU")) read_grey(*grey, p);
-    if (const auto torque = json->find("insertion_torque")) read_torque(*torque, p);
-    if (const auto beds = json->find("beds")) {
-      for (const Json& bed : beds->items()) p.beds.push_back(read_bed(bed));
-      if (p.beds.size() > 32) beds->fail("at most 32 beds");
-    }
-  }
+  keys("tool_voxel_mm", p.tool_voxel, {0.02, 0.5, kMillimetre}, "size of the tool's voxels");
+  keys("layers", p.layers, {1, 2}, "number of layers of tool voxels");
+  keys("centre_tolerance_mm", p.centre_tolerance, {0.05, 3, kMillimetre},
+       "largest distance of an entering tip from axis and entry");
+  keys("radius_tolerance_mm", p.radius_tolerance, {0, 1, kMillimetre},
+       "largest excess of a tool that does not widen it");
+  keys("axis_tolerance_deg", p.axis_tolerance, {0.1, 45, kDegree}, "largest angle between tool and bed at entry");
+  keys("enter_force_N", p.enter_force, {0.01, 20}, "smallest axial force at entry");
+  keys("leave_mm", p.leave, {0.05, 3, kMillimetre}, "distance from the entry at which the tool leaves");
+  keys("mass_g", p.mass, {0, 1000, 1e-3}, "mass of the tool in a bed");
+  keys("turn_stiffness_Nm_per_rad", p.turn_stiffness, {0, 50}, "stiffness that aligns the tool with the bed");
+  keys("as_printed", p.as_printed, "true: equation (7) of the paper as published");
+  keys("grey_HU", p, describe_grey, "grey values at hardness 1");
+  keys("insertion_torque", p, describe_torque, "law of the [torque](../haptics/contact/implant/README.md#parameters)");
+  keys("beds", p.beds, describe_bed, "at most 32 beds that exist at the start. A bed outside bone is an error");
+  if (keys.json() && p.beds.size() > 32) (*keys.json())["beds"].fail("at most 32 beds");
+  keys.ignore("source");
   return std::make_shared<ImplantMethod>(std::move(p));
 }
 

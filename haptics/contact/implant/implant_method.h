@@ -70,6 +70,6 @@ struct Parameters {
 };
 
 /// Reads the parameters (README.md). Throws Error.
-SharedContactMethod read(const std::optional<Json>& parameters);
+SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::implant

@@ -2,24 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <utility>
+#include <limits>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "haptics/described.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr std::array<std::pair<ImplantToolKind, std::string_view>, 6> kKinds = {{
-    {ImplantToolKind::kRound, "round"},
-    {ImplantToolKind::kDrill, "drill"},
-    {ImplantToolKind::kGauge, "gauge"},
-    {ImplantToolKind::kTap, "tap"},
-    {ImplantToolKind::kImplant, "implant"},
-    {ImplantToolKind::kScrew, "screw"},
-}};
+constexpr std::array<std::string_view, 6> kKinds = {"round", "drill", "gauge", "tap", "implant", "screw"};
 constexpr double kRpm = 2 * kPi / 60;       // rad/s, one revolution per minute
 constexpr double kNewtonCentimetre = 1e-2;  // N·m, one newton centimetre
 constexpr double kMaxGrey = 1e5;            // Hounsfield units, largest value that a file may state
@@ -29,54 +23,60 @@ constexpr double kMaxSpeed = 5000;
 }  // namespace
 
 std::string_view name_of(ImplantToolKind kind) noexcept {
-  return kKinds[static_cast<std::size_t>(kind)].second;
+  return kKinds[static_cast<std::size_t>(kind)];
 }
 
-ImplantTool read_implant_tool(const Json& json, double diameter, double length) {
-  json.allow_only({"kind", "ability", "greatest_grey_HU", "thrust_ratio", "thread", "bore", "speed_rpm",
-                   "top_speed_rpm", "by_hand", "irrigated", "greatest_torque_Ncm", "marks_mm", "source"});
-  ImplantTool tool;
-  const std::string kind = json["kind"].string();
-  const auto found = std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& k) { return k.second == kind; });
-  if (found == kKinds.end()) json["kind"].fail("round, drill, gauge, tap, implant or screw");
-  tool.kind = found->first;
-  if (const auto ability = json.find("ability")) {
-    ability->allow_only({"end", "centre", "side", "centre_mm"});
-    tool.end_ability = ability->number_or("end", 0, 0, 1);
-    tool.centre_ability = ability->number_or("centre", tool.end_ability, 0, 1);
-    tool.side_ability = ability->number_or("side", 0, 0, 1);
-    tool.centre_radius = ability->number_or("centre_mm", 0, 0, diameter / kMillimetre) / 2 * kMillimetre;
-  }
+void describe_implant_tool(Keys& keys, ImplantTool& tool, double diameter, double length) {
+  const Json* json = keys.json();
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const double max_width = json ? diameter / kMillimetre : kAny, max_depth = json ? length / kMillimetre : kAny;
+  keys(must("kind"), tool.kind, kKinds, "kind of instrument");
+  const auto ability = [&](Keys& of) {
+    of("end", tool.end_ability, {0, 1}, "ability to cut at the end");
+    tool.centre_ability = json ? tool.end_ability : kNoDefault;
+    of("centre", tool.centre_ability, {0, 1}, "ability at the centre of the end; default: as `end`");
+    of("side", tool.side_ability, {0, 1}, "ability at the side");
+    of("centre_mm", tool.centre_radius, {0, max_width, kMillimetre / 2},
+       "diameter of the centre; at most that of the head");
+  };
+  keys("ability", ability, "above 0 at end or side for `round` and `drill`; a gauge has none");
   const bool drills = tool.end_ability > 0 || tool.side_ability > 0;
-  if (drills && tool.kind == ImplantToolKind::kGauge) json["ability"].fail("none for a gauge: it only measures");
-  if (!drills && (tool.kind == ImplantToolKind::kDrill || tool.kind == ImplantToolKind::kRound))
-    json.fail("no ability to cut", "\"ability\" above 0 for a drill or a round bur");
-  tool.max_grey = json.number_or("greatest_grey_HU", kMaxGrey, 0, kMaxGrey);
-  tool.thrust_ratio = json.number_or("thrust_ratio", 1, 0.01, 1000);
-  if (const auto thread = json.find("thread")) {
-    thread->allow_only({"pitch_mm", "core_mm"});
-    tool.pitch = (*thread)["pitch_mm"].number(0.05, 5) * kMillimetre;
-    tool.core_diameter = (*thread)["core_mm"].number(0.2, diameter / kMillimetre) * kMillimetre;
-  }
+  if (json && drills && tool.kind == ImplantToolKind::kGauge)
+    (*json)["ability"].fail("none for a gauge: it only measures");
+  if (json && !drills && (tool.kind == ImplantToolKind::kDrill || tool.kind == ImplantToolKind::kRound))
+    json->fail("no ability to cut", "\"ability\" above 0 for a drill or a round bur");
+  tool.max_grey = kMaxGrey;
+  keys("greatest_grey_HU", tool.max_grey, {0, kMaxGrey}, "densest bone that the tool can cut");
+  keys("thrust_ratio", tool.thrust_ratio, {0.01, 1000}, "ratio of tangential to normal force");
+  const auto thread = [&](Keys& of) {
+    of(must("pitch_mm"), tool.pitch, {0.05, 5, kMillimetre}, "pitch");
+    of(must("core_mm"), tool.core_diameter, {0.2, max_width, kMillimetre}, "core diameter; at most that of the head");
+  };
+  keys("thread", thread, "thread. Required for a tap, an implant and a screw; not allowed for other kinds");
   const bool needs_thread = tool.kind == ImplantToolKind::kTap || tool.stays();
-  if (needs_thread != tool.threaded()) {
-    json.fail(needs_thread ? "no \"thread\"" : "a \"thread\"",
-              needs_thread ? fmt::format("a thread for a {}", kind) : fmt::format("no thread for a {}", kind));
+  if (json && needs_thread != tool.threaded()) {
+    const std::string_view kind = name_of(tool.kind);
+    json->fail(needs_thread ? "no \"thread\"" : "a \"thread\"",
+               needs_thread ? fmt::format("a thread for a {}", kind) : fmt::format("no thread for a {}", kind));
   }
-  if (const auto bore = json.find("bore")) {
-    bore->allow_only({"diameter_mm", "depth_mm"});
-    if (tool.kind != ImplantToolKind::kImplant) json["bore"].fail("none but in an implant");
-    tool.bore_diameter = (*bore)["diameter_mm"].number(0.2, diameter / kMillimetre) * kMillimetre;
-    tool.bore_depth = (*bore)["depth_mm"].number(0.5, length / kMillimetre) * kMillimetre;
-  }
-  tool.speed = json.number_or("speed_rpm", 0, 0, kMaxSpeed) * kRpm;
-  tool.top_speed = json.number_or("top_speed_rpm", 0, 0, kMaxSpeed) * kRpm;
-  if (tool.top_speed > 0 && tool.top_speed < tool.speed) json["top_speed_rpm"].fail("at least speed_rpm");
-  tool.by_hand = json.boolean_or("by_hand", false);
-  if (tool.by_hand && !tool.threaded()) json["by_hand"].fail("false for a tool without a thread");
-  tool.irrigated = json.boolean_or("irrigated", false);
-  tool.max_torque = json.number_or("greatest_torque_Ncm", 0, 0, 500) * kNewtonCentimetre;
-  if (const auto marks = json.find("marks_mm")) {
+  const auto bore = [&](Keys& of) {
+    of(must("diameter_mm"), tool.bore_diameter, {0.2, max_width, kMillimetre}, "diameter; at most that of the head");
+    of(must("depth_mm"), tool.bore_depth, {0.5, max_depth, kMillimetre}, "depth; at most the length of the head");
+  };
+  keys("bore", bore, "inner thread of an implant for its screw; only for an implant");
+  if (json && tool.bore_diameter > 0 && tool.kind != ImplantToolKind::kImplant)
+    (*json)["bore"].fail("none but in an implant");
+  keys("speed_rpm", tool.speed, {0, kMaxSpeed, kRpm}, "usual speed; 0: the tool does not rotate");
+  keys("top_speed_rpm", tool.top_speed, {0, kMaxSpeed, kRpm},
+       "speed at full pedal, at least `speed_rpm`; 0: as the motor");
+  if (json && tool.top_speed > 0 && tool.top_speed < tool.speed) (*json)["top_speed_rpm"].fail("at least speed_rpm");
+  keys("by_hand", tool.by_hand, "true: the user turns the tool by hand; only for a tool with a thread");
+  if (json && tool.by_hand && !tool.threaded()) (*json)["by_hand"].fail("false for a tool without a thread");
+  keys("irrigated", tool.irrigated, "true: the tool needs cooling water");
+  keys("greatest_torque_Ncm", tool.max_torque, {0, 500, kNewtonCentimetre}, "largest permitted torque; 0: not stated");
+  if (const auto marks =
+          keys("marks_mm", kNumbers,
+               "ascending list, each 0.1–60 and at most `length_mm`: heights of the depth marks above the free end")) {
     double last = 0;
     for (const Json& mark : marks->items()) {
       const double at = mark.number(0.1, 60);
@@ -86,6 +86,18 @@ ImplantTool read_implant_tool(const Json& json, double diameter, double length) 
       last = at;
     }
   }
+  keys.ignore("source");
+}
+
+dvec3 read_direction_into_bone(const Json& json) {
+  const dvec3 axis = json.vec3();
+  if (!(glm::length(axis) > 1e-9)) json.fail("a direction into the bone, not zero");
+  return glm::normalize(axis);
+}
+
+ImplantTool read_implant_tool(const Json& json, double diameter, double length) {
+  ImplantTool tool;
+  read_keys(json, [&](Keys& keys) { describe_implant_tool(keys, tool, diameter, length); });
   return tool;
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/contact/mesh_lod/mesh_lod_body.h"
 #include "haptics/contact/mesh_lod/mesh_lod_model.h"
@@ -10,7 +11,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr long long kFewestVertices = 16, kMaxVertices = 2'000'000;
+constexpr long long kMinVertices = 16, kMaxVertices = 2'000'000;
 
 class MeshLodMethod final : public ContactMethod {
  public:
@@ -30,38 +31,40 @@ class MeshLodMethod final : public ContactMethod {
 
 }  // namespace
 
-SharedContactMethod read(const std::optional<Json>& json) {
+SharedContactMethod read(Keys& keys) {
   Parameters p;
-  if (!json) return std::make_shared<MeshLodMethod>(std::move(p));
-  json->allow_only(
-      {"vertices", "levels", "switch_mm_s", "hysteresis", "mapping", "ramp_N_per_s", "wall_limit_N", "as_printed"});
-  if (const auto n = json->find("vertices"))
-    p.levels.vertices = static_cast<std::size_t>(n->integer(kFewestVertices, kMaxVertices));
-  if (const auto levels = json->find("levels")) {
-    long long most = kMaxVertices;
+  std::size_t vertices = 0;
+  keys("vertices", vertices, {kMinVertices, kMaxVertices}, "vertices of the base mesh; default: as the tissue's mesh");
+  if (vertices > 0) p.levels.vertices = vertices;
+  if (const auto levels = keys(
+          "levels", kNumbers,
+          "vertices of each level, finest first, at least 16; default: 100 %, 40.15 % and 22.46 % of the base mesh")) {
+    long long max = kMaxVertices;
     for (const Json& level : levels->items()) {
-      const long long count = level.integer(kFewestVertices);
-      if (count > most) level.fail("no more vertices than the level before");
+      const long long count = level.integer(kMinVertices);
+      if (count > max) level.fail("no more vertices than the level before");
       p.levels.levels.push_back(static_cast<std::size_t>(count));
-      most = count;
+      max = count;
     }
     if (p.levels.levels.empty()) levels->fail("at least one level");
   }
-  if (const auto speeds = json->find("switch_mm_s")) {
+  if (const auto speeds =
+          keys("switch_mm_s", kNumbers, "rising speeds at which the level changes; default [30, 120]")) {
     p.switch_speed.clear();
-    double least = 1e-3;
+    double min = 1e-3;
     for (const Json& speed : speeds->items()) {
       const double v = speed.number(1e-3, 1e5);
-      if (v < least) speed.fail("rising speeds");
+      if (v < min) speed.fail("rising speeds");
       p.switch_speed.push_back(v * kMillimetre);
-      least = v;
+      min = v;
     }
   }
-  if (json->boolean_or("as_printed", false)) p.hysteresis = 0, p.ramp = 0;
-  p.hysteresis = json->number_or("hysteresis", p.hysteresis, 0, 0.9);
-  p.maps = json->boolean_or("mapping", true);
-  p.ramp = json->number_or("ramp_N_per_s", p.ramp, 0, 1e3);
-  p.wall_limit = json->number_or("wall_limit_N", p.wall_limit, 0, 1e3);
+  if (keys.json() && keys.json()->boolean_or("as_printed", false)) p.hysteresis = 0, p.ramp = 0;
+  keys("hysteresis", p.hysteresis, {0, 0.9}, "hysteresis around each of these speeds, relative to the speed");
+  keys("mapping", p.maps, "at a change of level, the contact is mapped, not computed again");
+  keys("ramp_N_per_s", p.ramp, {0, 1e3}, "rate of change of the force after a change of level. 0: one step");
+  keys("wall_limit_N", p.wall_limit, {0, 1e3}, "force at which a wall between two tissues yields");
+  keys("as_printed", kFlag, "default false; true: the defaults of `hysteresis` and `ramp_N_per_s` are 0");
   return std::make_shared<MeshLodMethod>(std::move(p));
 }
 

@@ -6,6 +6,6 @@
 namespace typodont::haptics::offset {
 
 inline constexpr std::string_view kName = "offset", kAlias = "god-object";
-SharedContactMethod read(const std::optional<Json>& parameters);
+SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::offset

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/contact/packing/cached_packing.h"
 #include "haptics/contact/packing/packing_body.h"
@@ -71,26 +72,33 @@ class PackingMethod final : public ContactMethod {
   std::optional<SpherePacking> packing_;  // packing from a file; empty: it is computed
 };
 
-/// Reads the hardness of each sphere from a `fit-material` file.
-void read_material(const Json& json, Parameters& p) {
-  json.allow_only({"spheres", "seed", "tissue_hash", "mean_square_error_N2", "sphere", "hardness"});
-  if (static_cast<std::size_t>(json["spheres"].integer(1)) != p.spheres) {
-    json["spheres"].fail(fmt::format("{}, as many as the scene's packing has", p.spheres));
+constexpr Form kDensities{"object", R"({"type": "object", "additionalProperties": {"type": "number"}})"};
+
+/// The hardness of each sphere, from a `fit-material` file.
+void describe_material(Keys& keys, Parameters& p) {
+  if (const auto spheres = keys(must("spheres"), kNumber, "number of spheres");
+      spheres && static_cast<std::size_t>(spheres->integer(1)) != p.spheres)
+    spheres->fail(fmt::format("{}, as many as the scene's packing has", p.spheres));
+  if (const auto seed = keys(must("seed"), kNumber, "seed of the packing");
+      seed && static_cast<std::uint64_t>(seed->integer(0)) != p.seed)
+    seed->fail(fmt::format("{}, the seed of the scene's packing", p.seed));
+  if (const auto json = keys(must("tissue_hash"), kText, "hash of the fitted tissue")) {
+    const std::string hash = json->string();
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), value, 16);
+    if (error != std::errc() || end != hash.data() + hash.size()) json->fail("a number in hexadecimal");
+    p.material_hash = value;
   }
-  if (static_cast<std::uint64_t>(json["seed"].integer(0)) != p.seed) {
-    json["seed"].fail(fmt::format("{}, the seed of the scene's packing", p.seed));
-  }
-  const std::string hash = json["tissue_hash"].string();
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), value, 16);
-  if (error != std::errc() || end != hash.data() + hash.size()) json["tissue_hash"].fail("a number in hexadecimal");
-  p.material_hash = value;
-  const std::vector<Json> sphere = json["sphere"].items(), hardness = json["hardness"].items();
-  if (sphere.size() != hardness.size()) json["hardness"].fail(fmt::format("{} numbers", sphere.size()));
+  keys.ignore("mean_square_error_N2");
+  const auto sphere = keys(must("sphere"), kNumbers, "numbers of the fitted spheres");
+  const auto hardness = keys(must("hardness"), kNumbers, "their hardness");
+  if (!keys.json()) return;
+  const std::vector<Json> spheres = sphere->items(), values = hardness->items();
+  if (spheres.size() != values.size()) hardness->fail(fmt::format("{} numbers", spheres.size()));
   p.fitted.assign(p.spheres, 1.0f);
-  for (std::size_t k = 0; k < sphere.size(); ++k) {
-    const long long i = sphere[k].integer(0, static_cast<long long>(p.spheres) - 1);
-    p.fitted[static_cast<std::size_t>(i)] = static_cast<float>(hardness[k].number(0, 1e4));
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    const long long i = spheres[k].integer(0, static_cast<long long>(p.spheres) - 1);
+    p.fitted[static_cast<std::size_t>(i)] = static_cast<float>(values[k].number(0, 1e4));
   }
 }
 
@@ -107,48 +115,57 @@ std::optional<Packed> packed_by(const SharedContactMethod& method, const TissueV
   return Packed{packing->packing_of(tissue), packing->parameters()};
 }
 
-SharedContactMethod read(const std::optional<Json>& json) {
+SharedContactMethod read(Keys& keys) {
   Parameters p;
   std::optional<SpherePacking> packing;
-  if (json) {
-    json->allow_only({"spheres", "seed", "file", "tool_spheres", "speed_mm_per_s", "density", "density_by_contact",
-                      "as_printed", "material", "tool_mesh"});
-    constexpr auto kMost = static_cast<long long>(PackOptions::kMaxSpheres);
-    if (const auto n = json->find("spheres")) p.spheres = static_cast<std::size_t>(n->integer(1, kMost));
-    if (const auto n = json->find("seed")) p.seed = static_cast<std::uint64_t>(n->integer(0));
-    if (const auto n = json->find("tool_spheres")) p.tool_spheres = static_cast<std::size_t>(n->integer(1, 2000));
-    if (const auto speed = json->find("speed_mm_per_s")) p.base_speed = speed->number(1e-3, 1e3) * kMillimetre;
-    if (const auto by_contact = json->find("density_by_contact")) {
-      if (!(p.base_speed > 0)) by_contact->fail("density_by_contact without speed_mm_per_s", "both");
-      p.by_contact = by_contact->boolean();
-    }
-    p.removal = json->boolean_or("as_printed", false) ? Removal::kAsPrinted : Removal::kMended;
-    if (const auto densities = json->find("density")) {
-      for (const std::string& name : densities->keys()) {
-        const auto tissue = tissue_named(name);
-        if (!tissue || *tissue == Tissue::kAir) densities->fail('"' + name + '"', "names of tissues");
-        p.density[static_cast<std::size_t>(*tissue)] = (*densities)[name].number(0, 1000);
-      }
-    }
-    if (const auto file = json->find("file")) {
-      if (json->has("spheres")) json->fail("spheres and file", "one of both");
-      if (!loader()) file->fail("a program that cannot read packings", "a program that can");
-      p.file = json->file().parent_path() / file->string();
-      packing = loader()(p.file);
-      p.spheres = packing->size(), p.seed = packing->seed;
-    }
-    if (const auto mesh = json->find("tool_mesh")) {
-      mesh->allow_only({"file", "unit_mm"});
-      if (!tool_mesh_reader()) mesh->fail("a program that cannot read meshes", "a program that can");
-      const auto solid = tool_mesh_reader()(json->file().parent_path() / (*mesh)["file"].string(),
-                                            mesh->number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre);
-      p.tool_mesh = tool_spheres(*solid, p.tool_spheres, p.seed);
-    }
-    if (const auto material = json->find("material")) {
-      p.material = json->file().parent_path() / material->string();
-      read_material(Json::load(p.material), p);
+  keys("spheres", p.spheres, {1, PackOptions::kMaxSpheres}, "spheres in the tissue; at most 64 in a voxel");
+  keys("seed", p.seed, {0}, "seed of the packing");
+  if (const auto file = keys("file", kFile,
+                             "the output of `typodont pack` for this tissue, instead of `spheres` and `seed`. It is an "
+                             "error to state `spheres` too")) {
+    if (keys.json()->has("spheres")) keys.json()->fail("spheres and file", "one of both");
+    if (!loader()) file->fail("a program that cannot read packings", "a program that can");
+    p.file = file->file().parent_path() / file->string();
+    packing = loader()(p.file);
+    p.spheres = packing->size(), p.seed = packing->seed;
+  }
+  keys("tool_spheres", p.tool_spheres, {1, 2000}, "number of spheres of a head that is not a ball");
+  keys("speed_mm_per_s", p.base_speed, {1e-3, 1e3, kMillimetre},
+       "a constant cutting speed at density 1, as in the paper; it does not depend on the push. Default: the power of "
+       "the motor determines the speed, as with `offset`");
+  if (const auto density = keys("density", kDensities,
+                                "for example `{\"enamel\":1.5, \"dentin\":1, \"pulp\":0}`, each 0–1000: density "
+                                "relative to dentin. Default: the ratio of the specific cutting energies")) {
+    for (const std::string& name : density->keys()) {
+      const auto tissue = tissue_named(name);
+      if (!tissue || *tissue == Tissue::kAir) density->fail('"' + name + '"', "names of tissues");
+      p.density[static_cast<std::size_t>(*tissue)] = (*density)[name].number(0, 1000);
     }
   }
+  keys("density_by_contact", p.by_contact, "the density grows with the contact area; only with `speed_mm_per_s`");
+  if (keys.json() && keys.json()->has("density_by_contact") && !(p.base_speed > 0))
+    (*keys.json())["density_by_contact"].fail("density_by_contact without speed_mm_per_s", "both");
+  bool as_printed = false;
+  keys("as_printed", as_printed, "true: removal by the published formula");
+  p.removal = as_printed ? Removal::kAsPrinted : Removal::kMended;
+  if (const auto material = keys("material", kFile, "the output of `fit-material` for this packing")) {
+    p.material = material->file().parent_path() / material->string();
+    read_keys(Json::load(p.material), [&](Keys& of) { describe_material(of, p); });
+  }
+  std::string mesh_file;
+  double unit = kMillimetre;
+  const auto mesh = [&](Keys& of) {
+    of(must("file"), mesh_file,
+       "the mesh, with coordinates in the tool's frame (origin at the head's centre, shank along +z)");
+    of("unit_mm", unit, {1e-6, 1e6, kMillimetre}, "length of one unit of the file");
+    if (of.json() && !tool_mesh_reader()) of.json()->fail("a program that cannot read meshes", "a program that can");
+  };
+  keys("tool_mesh", mesh,
+       "a closed mesh as the head of the first tool, packed with `tool_spheres` spheres. The picture shows the tool "
+       "that the scene names");
+  if (keys.json() && keys.json()->has("tool_mesh"))
+    p.tool_mesh =
+        tool_spheres(*tool_mesh_reader()(keys.json()->file().parent_path() / mesh_file, unit), p.tool_spheres, p.seed);
   return std::make_shared<PackingMethod>(std::move(p), std::move(packing));
 }
 

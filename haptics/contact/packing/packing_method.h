@@ -11,10 +11,8 @@ namespace typodont::haptics::packing {
 
 inline constexpr std::string_view kName = "packing";
 
-/// Reads the parameters, for example {"spheres": 36000, "seed": 1, "file": "P.h5", "tool_spheres": 60,
-/// "speed_mm_per_s": 1, "density": {"enamel": 1.5, …}, "density_by_contact": false, "as_printed": false, "material":
-/// "MATERIAL.json", "tool_mesh": {"file": "HEAD.stl", "unit_mm": 1}}. Throws Error.
-SharedContactMethod read(const std::optional<Json>& parameters);
+/// The parameters, and the method with them. Throws Error.
+SharedContactMethod read(Keys& keys);
 
 /// A packing that was computed or read, with the parameters of the method.
 struct Packed {

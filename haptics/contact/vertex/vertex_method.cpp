@@ -1,6 +1,7 @@
 #include "haptics/contact/vertex/vertex_method.h"
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/contact/vertex/vertex_body.h"
 #include "haptics/contact/vertex/vertex_model.h"
@@ -29,16 +30,12 @@ class VertexMethod final : public ContactMethod {
 
 }  // namespace
 
-SharedContactMethod read(const std::optional<Json>& json) {
+SharedContactMethod read(Keys& keys) {
   Parameters p;
-  if (json) {
-    json->allow_only({"edge_mm", "as_printed", "spare_vertices"});
-    if (const auto edge = json->find("edge_mm")) p.edge = edge->number(0.005, 10) * kMillimetre;
-    p.as_printed = json->boolean_or("as_printed", false);
-    if (const auto spare = json->find("spare_vertices")) {
-      p.spare = static_cast<std::size_t>(spare->integer(0, 20'000'000));
-    }
-  }
+  keys("edge_mm", p.edge, {0.005, 10, kMillimetre},
+       "edge of carved triangles; default: one sixth of the head's radius");
+  keys("as_printed", p.as_printed, "true: the rules of the paper as published");
+  keys("spare_vertices", p.spare, {0, 20'000'000}, "number of vertices that cuts may add");
   return std::make_shared<VertexMethod>(p);
 }
 

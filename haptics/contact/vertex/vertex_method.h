@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 
 #include "haptics/contact_method.h"
 
@@ -18,7 +17,7 @@ struct Parameters {
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };
 
-/// Reads the parameters, for example {"edge_mm": 0.1, "as_printed": false, "spare_vertices": 200000}. Throws Error.
-SharedContactMethod read(const std::optional<Json>& parameters);
+/// The parameters, and the method with them. Throws Error.
+SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::vertex

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/base/keys.h"
 #include "haptics/contact/offset/field_body.h"
 #include "haptics/contact/voxel_penalty/voxel_penalty_model.h"
 #include "haptics/cutting/voxel_stamp.h"
@@ -37,13 +38,11 @@ class VoxelPenaltyMethod final : public ContactMethod {
 
 }  // namespace
 
-SharedContactMethod read(const std::optional<Json>& json) {
+SharedContactMethod read(Keys& keys) {
   Parameters parameters;
-  if (json) {
-    json->allow_only({"samples", "shared_load"});
-    if (const auto samples = json->find("samples")) parameters.samples = static_cast<int>(samples->integer(8, 1024));
-    if (const auto load = json->find("shared_load")) parameters.shared_load = static_cast<int>(load->integer(1, 1024));
-  }
+  keys("samples", parameters.samples, {8, 1024}, "number of sample points on the surface of the head");
+  keys("shared_load", parameters.shared_load, {1, 1024},
+       "smallest divisor of the summed force; otherwise the points in contact");
   return std::make_shared<VoxelPenaltyMethod>(parameters);
 }
 

@@ -15,7 +15,7 @@ struct Parameters {
   int shared_load = 10;
 };
 
-/// Reads the parameters, for example {"samples": 64, "shared_load": 10}. Throws Error.
-SharedContactMethod read(const std::optional<Json>& parameters);
+/// The parameters, and the method with them. Throws Error.
+SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::voxel_penalty

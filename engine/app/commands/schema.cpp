@@ -1,0 +1,80 @@
+// `typodont schema`: the keys of scenes and of the files that they name, for editors and for docs/scene_format.md.
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+#include "engine/app/commands/command_line.h"
+#include "engine/app/commands/commands.h"
+#include "engine/app/scene.h"
+#include "engine/app/scene/handpiece_file.h"
+#include "engine/app/scene/implant_scene.h"
+#include "engine/app/surroundings/row.h"
+#include "engine/app/surroundings/tooth_form.h"
+#include "engine/app/tissue/bone_tissue.h"
+#include "engine/app/tissue/paint_file.h"
+#include "engine/base/keys.h"
+#include "haptics/described.h"
+#include "haptics/import/mesh_tissue.h"
+
+namespace typodont {
+
+namespace {
+
+/// Lists the keys of T.
+template <auto describe, class T>
+void list(Keys& keys) {
+  T value{};
+  describe(keys, value);
+}
+
+void list_suction_tip(Keys& keys) {
+  SuctionTip tip;
+  debris::Suction suction;
+  describe_suction_tip(keys, tip, suction);
+}
+
+void list_procedure(Keys& keys) {
+  session::ImplantTask task;
+  describe_procedure(keys, task, {});
+}
+
+const std::map<std::string, void (*)(Keys&)> kKinds = {
+    {"scene", list<describe_scene, Scene>},
+    {"tool", list<haptics::describe_tool, haptics::Tool>},
+    {"motor", list<haptics::describe_spindle, haptics::Spindle>},
+    {"handpiece", list<describe_handpiece, Handpiece>},
+    {"suction", list_suction_tip},
+    {"procedure", list_procedure},
+    {"bone", describe_bone},
+    {"mesh", list<haptics::describe_mesh_tissue, haptics::MeshTissueOptions>},
+    {"paint", list<describe_paint_file, std::vector<PaintStroke>>},
+    {"row", list<describe_tooth_row, ToothRow>},
+    {"tooth", list<describe_tooth_form, ToothForm>}};
+
+struct Options {
+  std::string kind = "scene";
+  bool tables = false;
+};
+
+void run(const Options& options) {
+  std::vector<KeyRow> rows;
+  Keys keys(rows);
+  kKinds.at(options.kind)(keys);
+  fmt::print("{}\n", options.tables ? key_tables(options.kind, rows) : key_schema(rows));
+}
+
+}  // namespace
+
+void add_schema_command(cli::Command& app) {
+  auto options = std::make_shared<Options>();
+  cli::Command* command = app.add_command("schema", "Print the keys of scenes and other files, for editors");
+  command->footer("Example:\n  typodont schema scene > scene.schema.json");
+  std::vector<std::string> names;
+  for (const auto& [name, describe] : kKinds) names.push_back(name);
+  command->add_option("kind", options->kind, "kind of the file or block")->check(cli::one_of(names));
+  command->add_flag("--tables", options->tables, "print the tables of docs/scene_format.md, not a JSON Schema");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

@@ -1,0 +1,177 @@
+#include "engine/base/keys.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+namespace typodont {
+
+namespace {
+
+using Schema = nlohmann::ordered_json;
+
+std::string number(double value, double scale = 1e9) {
+  return fmt::format("{}{}", value < 0 ? "−" : "", std::round(std::abs(value) * scale) / scale);
+}
+
+/// For a table: the valid range, and the default if it is in this range.
+std::string text_of(const Range& range, double fallback, bool required) {
+  const bool low = std::isfinite(range.min), high = std::isfinite(range.max);
+  std::string text = low && high
+                         ? fmt::format("{}{}{}", number(range.min), range.min < 0 ? " to " : "–", number(range.max))
+                     : low ? fmt::format("at least {}", number(range.min))
+                           : "number";
+  if (!required && fallback >= range.min && fallback <= range.max)
+    text += fmt::format("; default {}", number(fallback, 1e4));
+  return text;
+}
+
+std::string schema_of(std::string_view type, const Range& range) {
+  Schema schema{{"type", type}};
+  if (std::isfinite(range.min)) schema["minimum"] = range.min;
+  if (std::isfinite(range.max)) schema["maximum"] = range.max;
+  return schema.dump();
+}
+
+Schema object_schema(const std::vector<KeyRow>& rows) {
+  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // and code marks
+  Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
+  for (const KeyRow& row : rows) {
+    std::string text = row.schema;
+    if (const std::size_t at = text.find("\"$object\""); at != std::string::npos)
+      text.replace(at, 9, object_schema(row.keys).dump());
+    Schema& value = schema["properties"][row.key] = Schema::parse(text);
+    if (!row.meaning.empty()) value["description"] = std::regex_replace(row.meaning, links, "$1");
+    if (row.required) schema["required"].push_back(row.key);
+  }
+  return schema;
+}
+
+}  // namespace
+
+std::optional<Json> Keys::find(Key key) {
+  names_.push_back(key.name);
+  if (!json_) return std::nullopt;
+  return key.required ? (*json_)[key.name] : json_->find(key.name);
+}
+
+KeyRow* Keys::list(Key key, std::string value, std::string_view meaning, std::string schema) {
+  if (!rows_) return nullptr;
+  if (key.required) value += "; required";
+  return &rows_->emplace_back(KeyRow{std::string(key.name), value, std::string(meaning), schema, key.required, {}});
+}
+
+void Keys::operator()(Key key, double& value, const Range& range, std::string_view meaning) {
+  if (rows_) list(key, text_of(range, value / range.unit, key.required), meaning, schema_of("number", range));
+  if (const auto json = find(key)) value = json->number(range.min, range.max) * range.unit;
+}
+
+long long Keys::integer(Key key, long long value, const Range& range, std::string_view meaning) {
+  if (rows_) list(key, text_of(range, static_cast<double>(value), key.required), meaning, schema_of("integer", range));
+  constexpr long long kMax = std::numeric_limits<long long>::max();
+  const auto json = find(key);
+  if (!json) return value;
+  return json->integer(static_cast<long long>(range.min),
+                       std::isinf(range.max) ? kMax : static_cast<long long>(range.max));
+}
+
+void Keys::operator()(Key key, std::optional<double>& value, const Range& range, std::string_view meaning) {
+  double number = value.value_or(kNoDefault);
+  (*this)(key, number, range, meaning);
+  if (!std::isnan(number)) value = number;
+}
+
+void Keys::operator()(Key key, bool& value, std::string_view meaning) {
+  if (rows_) list(key, fmt::format("default {}", value), meaning, R"({"type": "boolean"})");
+  if (const auto json = find(key)) value = json->boolean();
+}
+
+void Keys::operator()(Key key, std::string& value, std::string_view meaning) {
+  if (rows_) list(key, "text", meaning, R"({"type": "string"})");
+  if (const auto json = find(key)) value = json->string();
+}
+
+void Keys::operator()(Key key, dvec3& value, double unit, std::string_view meaning) {
+  if (rows_) {
+    const dvec3 v = value / unit;
+    const bool stated = key.required || std::isnan(v.x);
+    const std::string text = fmt::format("default [{}, {}, {}]", number(v.x), number(v.y), number(v.z));
+    list(key, stated ? "[x, y, z]" : text, meaning, std::string(kDirection.schema));
+  }
+  if (const auto json = find(key)) value = json->vec3() * unit;
+}
+
+void Keys::operator()(Key key, dvec3& value, dvec3 (*read)(const Json&), std::string_view meaning) {
+  if (const auto json = (*this)(key, read == read_color ? kColour : kDirection, meaning)) value = read(*json);
+}
+
+std::optional<Json> Keys::operator()(Key key, const Form& form, std::string_view meaning) {
+  list(key, std::string(form.table), meaning, std::string(form.schema));
+  return find(key);
+}
+
+std::size_t Keys::choice(Key key, std::size_t chosen, std::span<const std::string_view> names,
+                         std::string_view meaning) {
+  if (rows_) {
+    std::string value = fmt::format("`\"{}\"`", fmt::join(names, "\"`, `\""));
+    if (!key.required) value += fmt::format("; default `\"{}\"`", names[chosen]);
+    list(key, value, meaning, Schema{{"enum", std::vector<std::string>(names.begin(), names.end())}}.dump());
+  }
+  const auto json = find(key);
+  if (!json) return chosen;
+  const auto named = std::find(names.begin(), names.end(), json->string());
+  if (named == names.end())
+    json->fail(fmt::format("{} or {}", fmt::join(names.first(names.size() - 1), ", "), names.back()));
+  return static_cast<std::size_t>(named - names.begin());
+}
+
+dvec3 read_direction(const Json& json) {
+  const dvec3 v = json.vec3();
+  if (glm::length(v) < 1e-9) json.fail("a direction, not zero");
+  return glm::normalize(v);
+}
+
+dvec3 read_color(const Json& json) {
+  const dvec3 color = json.vec3();
+  if (glm::any(glm::lessThan(color, dvec3(0))) || glm::any(glm::greaterThan(color, dvec3(1))))
+    json.fail("three numbers from 0 to 1 (sRGB)");
+  return color;
+}
+
+void refuse_other_keys(const Json& json, const std::vector<std::string_view>& names) {
+  if (!json.is_object()) json.fail("an object");
+  for (const std::string& key : json.keys()) {
+    if (std::find(names.begin(), names.end(), key) == names.end())
+      json[key].fail("an unknown key", fmt::format("one of {}", fmt::join(names, ", ")));
+  }
+}
+
+std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
+  constexpr std::size_t kFew = 5;  // the keys of a small object stand in the table of the outer one
+  std::string text = fmt::format("{}:\n| key | value | meaning |\n|---|---|---|\n", name), nested;
+  const auto add = [&](const KeyRow& row, std::string_view outer) {
+    if (!row.meaning.empty()) text += fmt::format("| `{}{}` | {} | {} |\n", outer, row.key, row.value, row.meaning);
+  };
+  for (const KeyRow& row : rows) {
+    add(row, "");
+    const bool small = !row.meaning.empty() && row.keys.size() <= kFew &&
+                       std::ranges::all_of(row.keys, &std::vector<KeyRow>::empty, &KeyRow::keys);
+    for (const KeyRow& inner : row.keys)
+      if (small) add(inner, row.key + ".");
+    if (!small && !row.keys.empty())
+      nested += fmt::format("\n{}", key_tables(fmt::format("{}.{}", name, row.key), row.keys));
+  }
+  return text + nested;
+}
+
+std::string key_schema(const std::vector<KeyRow>& rows) {
+  Schema schema = object_schema(rows);
+  schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  return schema.dump(2);
+}
+
+}  // namespace typodont

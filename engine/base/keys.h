@@ -1,0 +1,195 @@
+// The keys of a JSON object, each declared once: the declaration reads files, fills the tables of docs/scene_format.md,
+// and gives editors a JSON Schema. Not for real-time loops.
+#pragma once
+
+#include <concepts>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/base/json.h"
+
+namespace typodont {
+
+/// Valid numbers in a file, and the SI value of 1 in the file.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();
+  double unit = 1;
+};
+
+/// Value of a description that is only listed if its meaning states the default in words.
+inline constexpr double kNoDefault = std::numeric_limits<double>::quiet_NaN();
+
+/// What a key may hold, as tables and as a JSON Schema state it. In `schema`, "$object" stands for the keys of an
+/// object.
+struct Form {
+  std::string_view table, schema = "{}";
+};
+inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kText.schema}, kFile{"file", kText.schema},
+    kNames{"list of names", R"({"type": "array", "items": {"type": "string"}})"}, kAnything{"", "{}"},
+    kFlag{"true or false", R"({"type": "boolean"})"}, kNumber{"number", R"({"type": "number"})"},
+    kNumbers{"list of numbers", R"({"type": "array", "items": {"type": "number"}})"},
+    kAnyObject{"object", R"({"type": "object"})"}, kObject{"object", R"("$object")"},
+    kNameOrObject{"name or object", R"({"anyOf": [{"type": "string"}, "$object"]})"},
+    kObjects{"list of objects", R"({"type": "array", "items": "$object"})"},
+    kPoint{"[x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3})"},
+    kDirection{"direction", kPoint.schema}, kColour{"colour", kPoint.schema},
+    kQuaternion{"[w, x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4})"};
+
+/// A key as tables and schemas state it.
+struct KeyRow {
+  std::string key, value, meaning, schema;
+  bool required = false;
+  std::vector<KeyRow> keys;  // those of an object, or of each object in a list
+};
+
+/// A key's name; optional, unless must() says otherwise.
+struct Key {
+  std::string_view name;
+  bool required = false;
+  Key(const char* text) : name(text) {}
+};
+inline Key must(const char* name) {
+  Key key(name);
+  key.required = true;
+  return key;
+}
+
+/// Reads the keys of an object, or lists them. A description calls it once for each key, in the order of messages, with
+/// the variable, what is valid, and the meaning. An absent key leaves the variable as it is. Throws Error.
+class Keys {
+ public:
+  Keys() = default;                                           // an object without keys
+  explicit Keys(const Json& json) : json_(json) {}            // reads
+  explicit Keys(std::vector<KeyRow>& rows) : rows_(&rows) {}  // lists
+
+  void operator()(Key key, double& value, const Range& range, std::string_view meaning);
+  void operator()(Key key, std::optional<double>& value, const Range& range, std::string_view meaning);
+  template <std::integral T>
+  void operator()(Key key, T& value, const Range& range, std::string_view meaning) {
+    value = static_cast<T>(integer(key, static_cast<long long>(value), range, meaning));
+  }
+  void operator()(Key key, bool& value, std::string_view meaning);
+  void operator()(Key key, std::string& value, std::string_view meaning);
+  void operator()(Key key, dvec3& value, double unit, std::string_view meaning);
+  /// Another vector. `read`: read_direction, read_color, or a function for directions with its own message.
+  void operator()(Key key, dvec3& value, dvec3 (*read)(const Json&), std::string_view meaning);
+  /// One of the names, in the order of the enumerators.
+  template <class E>
+  requires std::is_enum_v<E>
+  void operator()(Key key, E& value, std::span<const std::string_view> names, std::string_view meaning) {
+    value = static_cast<E>(choice(key, static_cast<std::size_t>(value), names, meaning));
+  }
+  template <class E>
+  requires std::is_enum_v<E>
+  void operator()(Key key, E& value, std::initializer_list<std::string_view> names, std::string_view meaning) {
+    (*this)(key, value, std::span(names.begin(), names.size()), meaning);
+  }
+  /// Another value, which the caller reads from the result; empty: nothing to read.
+  std::optional<Json> operator()(Key key, const Form& form, std::string_view meaning);
+  /// The same; `of` describes the object in it.
+  template <std::invocable<Keys&> Of>
+  std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
+  // An object, also one that sets members of `value`, or is there only with its key; and a list of objects.
+  template <std::invocable<Keys&> Of>
+  void operator()(Key key, Of&& of, std::string_view meaning);
+  template <class T, std::invocable<Keys&, T&> Of>
+  void operator()(Key key, T& value, Of&& of, std::string_view meaning) {
+    (*this)(
+        key, [&](Keys& keys) { of(keys, value); }, meaning);
+  }
+  template <class T, std::invocable<Keys&, T&> Of>
+  void operator()(Key key, std::optional<T>& value, Of&& of, std::string_view meaning);
+  template <class T, std::invocable<Keys&, T&> Of>
+  void operator()(Key key, std::vector<T>& values, Of&& of, std::string_view meaning);
+  /// A key that nothing reads, such as "source".
+  void ignore(Key key) { (*this)(key, Form{}, ""); }
+
+  /// The object; null if none is read. For checks that concern several keys.
+  const Json* json() const { return json_ ? &*json_ : nullptr; }
+  const std::vector<std::string_view>& names() const { return names_; }
+
+ private:
+  std::optional<Json> find(Key key);
+  KeyRow* list(Key key, std::string value, std::string_view meaning, std::string schema);
+  long long integer(Key key, long long value, const Range& range, std::string_view meaning);
+  std::size_t choice(Key key, std::size_t chosen, std::span<const std::string_view> names, std::string_view meaning);
+
+  std::optional<Json> json_;
+  std::vector<KeyRow>* rows_ = nullptr;
+  std::vector<std::string_view> names_;
+};
+
+// A unit vector, and a colour. Throw Error.
+dvec3 read_direction(const Json& json);
+dvec3 read_color(const Json& json);
+
+/// Throws Error if the object has other keys than these.
+void refuse_other_keys(const Json& json, const std::vector<std::string_view>& names);
+
+/// Reads an object. `describe(Keys&)` is called twice: first only for the names of its keys.
+template <std::invocable<Keys&> Describe>
+void read_keys(const Json& json, Describe&& describe) {
+  Keys names;
+  describe(names);
+  refuse_other_keys(json, names.names());
+  Keys keys(json);
+  describe(keys);
+}
+
+template <class T>
+T read_keys(const Json& json, void (*describe)(Keys&, T&)) {
+  T value{};
+  read_keys(json, [&](Keys& keys) { describe(keys, value); });
+  return value;
+}
+
+/// Tables for each of the objects, in Markdown. `name`: that of the outermost.
+std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows);
+/// A JSON Schema of the object.
+std::string key_schema(const std::vector<KeyRow>& rows);
+
+template <std::invocable<Keys&> Of>
+std::optional<Json> Keys::operator()(Key key, const Form& form, Of&& of, std::string_view meaning) {
+  if (KeyRow* row = list(key, std::string(form.table), meaning, std::string(form.schema))) {
+    Keys keys(row->keys);
+    of(keys);
+  }
+  return find(key);
+}
+
+template <std::invocable<Keys&> Of>
+void Keys::operator()(Key key, Of&& of, std::string_view meaning) {
+  if (const auto json = (*this)(key, kObject, of, meaning)) read_keys(*json, of);
+}
+
+template <class T, std::invocable<Keys&, T&> Of>
+void Keys::operator()(Key key, std::optional<T>& value, Of&& of, std::string_view meaning) {
+  T read{};
+  const auto describe = [&](Keys& keys) { of(keys, read); };
+  if (const auto json = (*this)(key, kObject, describe, meaning)) {
+    read_keys(*json, describe);
+    value = std::move(read);
+  }
+}
+
+template <class T, std::invocable<Keys&, T&> Of>
+void Keys::operator()(Key key, std::vector<T>& values, Of&& of, std::string_view meaning) {
+  const auto any = [&](Keys& keys) {
+    T value{};
+    of(keys, value);
+  };
+  const auto json = (*this)(key, kObjects, any, meaning);
+  if (!json) return;
+  for (const Json& item : json->items()) {
+    T& value = values.emplace_back();
+    read_keys(item, [&](Keys& keys) { of(keys, value); });
+  }
+}
+
+}  // namespace typodont

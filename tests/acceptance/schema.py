@@ -1,0 +1,60 @@
+"""Checks `typodont schema` against the shipped files and docs/scene_format.md. Usage: schema.py PROGRAM CLAIM"""
+import glob
+import json
+import subprocess
+import sys
+
+import jsonschema
+
+FILES = {
+    "scene": "scenes/*.json",
+    "tool": "tools/*.json implants/bone_level/*.json",
+    "motor": "motors/*.json",
+    "handpiece": "handpieces/*.json",
+    "suction": "suction/*.json",
+    "procedure": "implants/procedures/*.json",
+    "row": "jaw/*.json",
+    "tooth": "teeth/forms/*.json",
+}
+program, claim = sys.argv[1:]
+
+
+def schema(*arguments):
+    return subprocess.run([program, "schema", *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def misspelt(document, rules):
+    """The document with each key misspelt, one at a time, where the schema names the keys."""
+    if not isinstance(document, dict) or "properties" not in rules:
+        return
+    for key in document:
+        yield {name + "s" * (name == key): value for name, value in document.items()}
+        for inner in misspelt(document[key], rules["properties"][key]):
+            yield {**document, key: inner}
+
+
+def every_shipped_file_is_valid_and_no_misspelt_key_is():
+    for kind, patterns in FILES.items():
+        rules = json.loads(schema(kind))
+        validator = jsonschema.Draft202012Validator(rules)
+        validator.check_schema(rules)
+        files = [f for pattern in patterns.split() for f in glob.glob("assets/" + pattern)]
+        assert files, kind
+        for file in files:
+            with open(file) as text:
+                document = json.load(text)
+            validator.validate(document)
+            for wrong in misspelt(document, rules):
+                assert not validator.is_valid(wrong), f"{file}: {wrong}"
+
+
+def the_page_of_scenes_has_the_tables():
+    with open("docs/scene_format.md") as text:
+        page = text.read()
+    for kind in [*FILES, "bone", "mesh", "paint"]:
+        for table in schema(kind, "--tables").strip().split("\n\n"):
+            name, rows = table.split("\n", 1)
+            assert rows in page, f"docs/scene_format.md lacks the keys of {name}\n{rows}"
+
+
+{f.__name__: f for f in (every_shipped_file_is_valid_and_no_misspelt_key_is, the_page_of_scenes_has_the_tables)}[claim]()
