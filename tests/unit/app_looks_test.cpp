@@ -381,7 +381,7 @@ TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzles) {
       Cut cut;
       cut.X_WA = cut.X_WB = tick.X_WG;
       cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.01e-9;
-      if (pedal) view.add(cut, bur);
+      if (pedal) view.add(cut, bur, 1e-6, 1e-3);
       view.hold(tick, bur);
       view.step(1.0 / 30);
     }
@@ -414,7 +414,7 @@ TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
     cut.X_WA.p = cut.X_WB.p = kMiddle + dvec3(0, 0, 5e-3);
     constexpr int kCuts = 8;  // whose chips are made together
     cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.05e-9 / kCuts;
-    for (int i = 0; i < kCuts; ++i) view.add(cut, load_tool("round_012"));
+    for (int i = 0; i < kCuts; ++i) view.add(cut, load_tool("round_012"), 1e-6, 1e-3);
     if (sucked) view.suck(debris::Suction{.p_W = kMiddle + dvec3(0, 3e-3, 6e-3)});
     for (int i = 0; i < 30; ++i) view.step(0.01);
     double seen = 0;

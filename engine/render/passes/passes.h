@@ -35,8 +35,8 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   std::array<VkPipeline, 2> depth{};  // front faces; both faces
-  View made_for = View::kLook;  // view for which the pipelines were created
-  bool with_cursor = false;     // pipelines with the cursor's ring
+  View made_for = View::kLook;        // view for which the pipelines were created
+  bool with_cursor = false;           // pipelines with the cursor's ring
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
