@@ -104,7 +104,7 @@ def page(rows, origin, docs):
         {len(far)} {'is' if len(far) == 1 else 'are'} off by more than a factor of two. {len(every) - len(tried)} more results cannot be
         simulated, for example because burs do not wear and there is no zirconia.
         `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
-        load or feed, and writes this page. Where a condition is unknown, the simulation runs both ends of its range.
+        load or feed. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
         states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Rows with "fit" may set constants, rows
         with "test" may not. All results, and why some cannot be simulated, are in
@@ -130,10 +130,7 @@ def page(rows, origin, docs):
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
     return text + "\n## Estimates\n\n" + paragraph(
         """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
-        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. Burs of two grits at three
-        feeds on a force plate, at a measured speed, in slabs of each tissue would settle most of the estimates; others
-        need thermocouples at two depths of a tooth, a braked turbine, and an explorer and a steel ball with a force
-        sensor on each tissue.""") + "\n"
+        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page.""") + "\n"
 
 
 def main(folder, docs):
