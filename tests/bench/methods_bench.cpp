@@ -5,12 +5,12 @@
 #include <random>
 
 #include "engine/app/assets.h"
-#include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/implant/implant_model.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/surface_estimate.h"
 #include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/contact_method.h"
 #include "haptics/import/mesh_tissue.h"
 #include "haptics/packing.h"
 #include "tests/bench/haptic_scene.h"
@@ -210,9 +210,9 @@ void implant(benchmark::State& state, const Phase& phase) {
   if (phase.bed_mm > 0) {
     solid = fmt::format(R"({{"difference": [{}, {{"cylinder": {{"radius_mm": 2.1, "height_mm": {}}}}}]}})", solid,
                         2 * phase.bed_mm);
-    settings.method = haptics::implant::read(Json::parse(
+    settings.method = haptics::read_contact_method(Json::parse(
         fmt::format(
-            R"({{"beds": [{{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": {}, "diameter_mm": 4.2}}]}})",
+            R"({{"implant": {{"beds": [{{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": {}, "diameter_mm": 4.2}}]}}}})",
             phase.bed_mm),
         "bench"));
   }
