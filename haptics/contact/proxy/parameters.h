@@ -111,7 +111,7 @@ struct CreaseParameters {
   // Largest third or fourth difference of the samples. rough_curved × curvature² is added for curved sheets.
   static constexpr double rough = 0.03, rough_curved = 4;
   // Above this curvature (1/voxel), a fit must agree with samples two voxels from its centre within `residual`.
-  static constexpr double curved = 0.05, residual = 0.05;
+  static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
       0.7;  // cosine between the normals of a sheet and of the place where it is fitted
   // Two fits belong to one sheet within this distance, and above this cosine between their normals.
@@ -142,7 +142,7 @@ struct DescentParameters {
 
 /// Contact of a head with a crease (ContactFinder::touch_crease). Voxels.
 struct CreaseContactParameters {
-  static constexpr int steps = 20;
+  static constexpr int steps = 8;
   static constexpr double aligned = 1e-9;  // search ends at this derivative of gap along the crease
   static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a sheet
   static constexpr double longest = 4;     // longest step along the crease
