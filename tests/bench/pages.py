@@ -365,7 +365,8 @@ def models(rows, origin, docs):
     title = "Slide across a groove of 60°: direction error against time"
     plot(docs / "models/direction.svg", title, "time of a tick", "error, degrees rms", series)
     page = "# Contact models compared\n\n" + paragraph(
-        """Which model for which task: the best has the least error, time or memory among the models whose slow ticks
+        """Use `offset`, the default, unless the table names a better model for your task: the best has the least error,
+        time or memory among the models whose slow ticks
         (99.9 %) take less than 500 µs. A value is the geometric mean over the tissues of the task, with the finest
         setting of each model. `implant` slides and drills like `offset` outside a bed.""") + "\n\n"
     page += table(["task", "best model", "value", "second", "its value"], list(answer())) + "\n"
